@@ -57,8 +57,7 @@ size_t FitBytes(const RefitOptions& options) {
   if (options.solver == Solver::kAdam) return 8 * kCoefficients;
   // The pairs of L-BFGS, two copies each (recolor/mm_solver.h).
   constexpr size_t kPairs = 6;
-  const bool lbfgs = options.mm.acceleration == MmAcceleration::kLbfgs;
-  return kBlock + (lbfgs ? 12 + 2 * kPairs : 10) * kCoefficients;
+  return kBlock + (11 + 2 * kPairs) * kCoefficients;
 }
 
 size_t Of(uint64_t count, size_t bytes) { return static_cast<size_t>(count) * bytes; }

@@ -26,10 +26,6 @@ void MmOptions::Describe(OptionList& list) {
                   .range = OptionRange::AtLeast(0),
                   .help = "sweeps at most; 0: until it has converged, 1000 at most",
                   .tier = OptionTier::kExpert});
-  list.push_back({.name = "acceleration",
-                  .member = ChoiceOf(acceleration, {"none", "nesterov", "lbfgs"}),
-                  .help = "how sweeps are sped up",
-                  .tier = OptionTier::kExpert});
   list.push_back({.name = "outside_weight",
                   .member = &outside_weight,
                   .range = OptionRange::AboveTo(0, 8),
@@ -76,12 +72,9 @@ MmSolver::MmSolver(RefitViews& views, const MmOptions& options, Monitor& monitor
   }
   const size_t values = views_.NumValues();
   start_ = backend.Upload(views_.start());
-  for (auto* buffer : {&current_, &previous_, &point_, &gradient_, &solution_}) {
+  for (auto* buffer :
+       {&current_, &previous_, &gradient_, &solution_, &accepted_gradient_, &direction_}) {
     *buffer = backend.Allocate<float>(values);
-  }
-  if (options.acceleration == MmAcceleration::kLbfgs) {
-    accepted_gradient_ = backend.Allocate<float>(values);
-    direction_ = backend.Allocate<float>(values);
   }
   loss_ = backend.Allocate<double>(1);
   Combine(1, start_, 0, start_, current_);
@@ -230,49 +223,16 @@ bool MmSolver::StartsStaying(bool converged, Monitor& monitor) {
   losses_ = {Evaluate(start_, false, unheard) / MmTargets::NumValues(views_)};
   BuildBlocks(monitor);
   pairs_.clear();
-  scale_ = momentum_ = 1;
+  scale_ = 1;
   started_ = false;
   Combine(1, current_, 0, current_, previous_);
   return true;
 }
 
-bool MmSolver::Iterate(Monitor& monitor) {
-  return options_.acceleration == MmAcceleration::kLbfgs ? LbfgsStep(monitor) : PlainStep(monitor);
-}
-
-// A majoriser step from the current point, or from Nesterov's extrapolation of the last two, which
-// restarts when the loss rises (O'Donoghue & Candes 2015).
-bool MmSolver::PlainStep(Monitor& monitor) {
-  const bool accelerate = options_.acceleration == MmAcceleration::kNesterov;
-  const double next_momentum = 0.5 * (1 + std::sqrt(1 + 4 * momentum_ * momentum_));
-  const float extrapolate = accelerate ? float((momentum_ - 1) / next_momentum) : 0.0f;
-  Combine(1 + extrapolate, current_, -extrapolate, previous_, point_);
-  const double loss = Evaluate(point_, true, monitor);
-  ++iterations_;
-  const bool first = !started_;
-  const double before = first ? loss : losses_.back() * MmTargets::NumValues(views_);
-  if (extrapolate > 0 && loss > before) {
-    momentum_ = 1;
-    Combine(1, current_, 0, current_, previous_);
-    return iterations_ < limit_ || Finish(false, "all sweeps done");
-  }
-  started_ = true;
-  losses_.push_back(loss / MmTargets::NumValues(views_));
-  Precondition(gradient_);
-  if (Dot(gradient_, solution_) <= 0) return Finish(true, "nothing left to change");
-  std::swap(previous_, current_);
-  Combine(1, point_, 1, solution_, current_);
-  momentum_ = next_momentum;
-  const bool converged = !first && before - loss < SmallGain();
-  if (StartsStaying(converged, monitor)) return true;
-  if (converged) return Finish(true, kSmallGain);
-  return iterations_ < limit_ || Finish(false, "all sweeps done");
-}
-
 // L-BFGS with the majoriser as its first guess of the curvature (Nocedal & Wright 2006, algorithm
 // 7.4; preconditioned). Evaluates the trial point current_, goes from there to the minimum along
 // the direction, and takes the next step from that.
-bool MmSolver::LbfgsStep(Monitor& monitor) {
+bool MmSolver::Iterate(Monitor& monitor) {
   double loss = Evaluate(current_, true, monitor);
   ++iterations_;
   const bool first = !started_;

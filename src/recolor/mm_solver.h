@@ -40,8 +40,6 @@ class MmSolver : public RefitSolver {
   // Once the squares have told what is to change: whether the next sweep is the first one in which
   // what stays costs StayLoss. Blocks are made for its curvature at current_.
   bool StartsStaying(bool converged, Monitor& monitor);
-  bool PlainStep(Monitor& monitor);
-  bool LbfgsStep(Monitor& monitor);
   double GoToMinimum(double loss);
   bool ShortenStep(double loss);
   void RememberPair();
@@ -60,13 +58,12 @@ class MmSolver : public RefitSolver {
     double rho = 0;
   };
 
-  Buffer<float> factors_, weights_;            // [active, K (K + 1) / 2], [active]
-  Buffer<float> start_, current_, previous_;   // [active, K, 3]
-  Buffer<float> point_, gradient_, solution_;  // where the loss was taken, -grad / 2, A^-1 of it
+  Buffer<float> factors_, weights_;           // [active, K (K + 1) / 2], [active]
+  Buffer<float> start_, current_, previous_;  // [active, K, 3]
+  Buffer<float> gradient_, solution_;         // -grad / 2 of the loss, A^-1 of it
   Buffer<float> accepted_gradient_, direction_;
   std::vector<Pair> pairs_;   // oldest first
   Buffer<double> loss_;       // [1]
-  double momentum_ = 1;       // Nesterov
   double first_squares_ = 0;  // the first loss, of which tolerance is a share
   double accepted_loss_ = 0, slope_ = 0, length_ = 1, scale_ = 1;
   bool started_ = false;  // a point was accepted with the loss as it is now

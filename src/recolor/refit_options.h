@@ -10,15 +10,12 @@
 namespace retint {
 
 enum class Solver { kMm, kAdam };
-// How mm's sweeps are sped up; kNone is the plain majoriser, one unit step a sweep.
-enum class MmAcceleration { kNone, kNesterov, kLbfgs };
 
 // Block sweeps on the squared error, from the closed form (mm_solver.h).
 struct MmOptions {
   // Sweeps at most. 0: as many as it takes to converge, but no more than kMostSweeps.
   static constexpr int kMostSweeps = 1000;
   int iterations = 16;
-  MmAcceleration acceleration = MmAcceleration::kLbfgs;
   double ridge_dc = 1e-2;       // lambda_l of the DC term, relative to the sum of visibilities
   double ridge_rest = 1e-3;     // of the higher bands, pulling towards the closed-form start
   double outside_weight = 0.4;  // of a pixel's error at mask 0; it is 1 at mask 255

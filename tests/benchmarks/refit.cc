@@ -214,8 +214,6 @@ void Fit(Scene& scene, const std::string& solver, double learning_rate, const Fl
   const ColorEdit edit = ParseTint(flags.tint);
   RefitOptions options;
   options.solver = solver == "adam" ? Solver::kAdam : Solver::kMm;
-  if (solver == "mm-plain") options.mm.acceleration = MmAcceleration::kNone;
-  if (solver == "mm-nesterov") options.mm.acceleration = MmAcceleration::kNesterov;
   options.mm.iterations = flags.sweeps;
   options.adam.iterations = flags.steps;
   options.adam.learning_rate = learning_rate;
@@ -346,8 +344,7 @@ int Main(int argc, char** argv) {
   app.add_option("--output", flags.output, "folder for before and after pictures");
   app.add_option("--tint", flags.tint);
   app.add_option("--scenes", flags.scenes)->delimiter(',');
-  app.add_option("--solvers", flags.solvers, "mm, mm-nesterov, mm-plain, adam, closed-form")
-      ->delimiter(',');
+  app.add_option("--solvers", flags.solvers, "mm, adam, closed-form")->delimiter(',');
   app.add_option("--lr", flags.learning_rates, "learning rates of adam")->delimiter(',');
   app.add_option("--sweeps", flags.sweeps, "of mm at most; 0: until it has converged");
   app.add_option("--steps", flags.steps, "of adam");

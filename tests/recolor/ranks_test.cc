@@ -119,10 +119,7 @@ TEST_P(RanksTest, FitTheSameBits) {
 
 INSTANTIATE_TEST_SUITE_P(
     Fits, RanksTest,
-    testing::Values(FitCase{"Lbfgs", nullptr},
-                    FitCase{"Nesterov",
-                            [](RefitOptions& o) { o.mm.acceleration = MmAcceleration::kNesterov; }},
-                    FitCase{"Photos", nullptr, nullptr, true},
+    testing::Values(FitCase{"Lbfgs", nullptr}, FitCase{"Photos", nullptr, nullptr, true},
                     // Its start is fitted to the views.
                     FitCase{"Gamma", nullptr, "gamma"},
                     // Some views are kept, others prepared at each visit.

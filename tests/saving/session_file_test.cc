@@ -110,7 +110,6 @@ TEST_F(SessionFile, ReadsTheOptionsOfVersionOne) {
   const RefitOptions& options = job.options;
   EXPECT_EQ(job.target, TargetKind::kPhoto);
   EXPECT_EQ(options.mm.iterations, 5);
-  EXPECT_EQ(options.mm.acceleration, MmAcceleration::kNone);
   EXPECT_EQ(options.mm.ridge_dc, 0.125);
   EXPECT_EQ(options.mm.ridge_rest, 0.25);
   EXPECT_EQ(options.mm.outside_weight, 0.75);
