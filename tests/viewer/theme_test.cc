@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a desktop asks for: high contrast, by its palette or its portal, and dark tool bars.
+// The palette of a desktop of high contrast, and dark tool bars.
 #include <algorithm>
 
-#include <QDBusVariant>
 #include <QPushButton>
 #include <QToolBar>
 #include <QToolButton>
@@ -30,11 +29,6 @@ class ThemeTest : public ViewerTest {
       desktop.setColor(QPalette::WindowText, text);
       QApplication::setPalette(desktop);
       Theme theme;
-      // A portal that knows of no such setting has no preference.
-      for (const char* key : {"contrast", "color-scheme"}) {
-        QVERIFY(QMetaObject::invokeMethod(&theme, "OnAnswer", Q_ARG(QString, QString(key)),
-                                          Q_ARG(unsigned, 0u)));
-      }
       QVERIFY(theme.high_contrast());
       QCOMPARE(theme.dark(), dark);
       QCOMPARE(QApplication::palette().color(QPalette::Base), window);
@@ -47,18 +41,6 @@ class ThemeTest : public ViewerTest {
     QApplication::setPalette(before);
     Theme theme;
     QVERIFY(!theme.high_contrast());
-    // Later by the portal.
-    const auto tell = [&](const char* key, uint value) {
-      QMetaObject::invokeMethod(
-          &theme, "OnSetting", Q_ARG(QString, QString("org.freedesktop.appearance")),
-          Q_ARG(QString, QString(key)), Q_ARG(QDBusVariant, QDBusVariant(value)));
-    };
-    tell("contrast", 1);
-    tell("color-scheme", 1);
-    QVERIFY(theme.high_contrast() && theme.dark());
-    QCOMPARE(QApplication::palette().color(QPalette::Window), QColor(Qt::black));
-    tell("contrast", 0);
-    QVERIFY(!theme.high_contrast() && theme.dark());
     theme_->Choose(ThemeChoice::kSystem);
   }
 

@@ -1,14 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "viewer/window/theme.h"
 
-#include <algorithm>
+#include <cstdlib>
 
 #include <QApplication>
-#include <QDBusConnection>
-#include <QDBusMessage>
-#include <QDBusPendingCallWatcher>
-#include <QDBusPendingReply>
-#include <QDBusVariant>
 #include <QPainter>
 #include <QPalette>
 #include <QProxyStyle>
@@ -16,19 +11,11 @@
 #include <QStyleOption>
 #include <QToolTip>
 
-#include "kernels/common/color_spaces.h"
-
 namespace retint {
 namespace {
 
-constexpr const char* kService = "org.freedesktop.portal.Desktop";
-constexpr const char* kPath = "/org/freedesktop/portal/desktop";
-constexpr const char* kInterface = "org.freedesktop.portal.Settings";
-constexpr const char* kSpace = "org.freedesktop.appearance";
-constexpr const char *kScheme = "color-scheme", *kContrast = "contrast";
-constexpr unsigned kNoPreference = 0, kPrefersDark = 1, kPrefersContrast = 1;
-// Of text and window, as WCAG 2 counts it, up to 21: what desktops have otherwise is below.
-constexpr double kHighContrast = 20;
+// Of text and window, in lightness; other palettes of desktops have at most 240.
+constexpr int kHighContrast = 250;
 
 struct Shades {
   QColor window, base, alternate, button, text, dim, border, highlight, highlighted;
@@ -48,17 +35,6 @@ const Shades kWhite{{255, 255, 255}, {255, 255, 255}, {236, 236, 236}, {255, 255
 const Shades& ShadesOf(bool dark, bool high_contrast) {
   if (high_contrast) return dark ? kBlack : kWhite;
   return dark ? kDark : kLight;
-}
-
-// https://www.w3.org/TR/WCAG21/#dfn-contrast-ratio
-double Contrast(const QColor& a, const QColor& b) {
-  const auto luminance = [](const QColor& color) {
-    const float linear[] = {LinearFromSrgb(color.redF()), LinearFromSrgb(color.greenF()),
-                            LinearFromSrgb(color.blueF())};
-    return double(Luminance(linear));
-  };
-  const auto [dark, light] = std::minmax({luminance(a), luminance(b)});
-  return (light + 0.05) / (dark + 0.05);
 }
 
 QPalette PaletteOf(const Shades& shades) {
@@ -183,44 +159,12 @@ QString ThemeName(ThemeChoice choice) {
 
 Theme::Theme(QObject* parent) : QObject(parent) {
   // Before anything of ours is set, the palette is the platform's.
-  const QColor window = QApplication::palette().color(QPalette::Window);
-  system_dark_ = window.lightness() < 128;
-  high_contrast_ =
-      Contrast(window, QApplication::palette().color(QPalette::WindowText)) > kHighContrast;
+  const QPalette platform = QApplication::palette();
+  const int window = platform.color(QPalette::Window).lightness();
+  const int text = platform.color(QPalette::WindowText).lightness();
+  system_dark_ = window < 128;
+  high_contrast_ = std::abs(window - text) >= kHighContrast;
   QApplication::setStyle(new FramedStyle);
-  Apply();
-  QDBusConnection bus = QDBusConnection::sessionBus();
-  if (!bus.isConnected()) return;
-  bus.connect(kService, kPath, kInterface, "SettingChanged", this,
-              SLOT(OnSetting(QString, QString, QDBusVariant)));
-  for (const QString& key : {QString(kScheme), QString(kContrast)}) {
-    QDBusMessage ask = QDBusMessage::createMethodCall(kService, kPath, kInterface, "Read");
-    ask << QString(kSpace) << key;
-    auto* watcher = new QDBusPendingCallWatcher(bus.asyncCall(ask), this);
-    connect(watcher, &QDBusPendingCallWatcher::finished, this, [this, watcher, key] {
-      const QDBusPendingReply<QVariant> reply = *watcher;
-      watcher->deleteLater();
-      if (reply.isError()) return;
-      // The portal wraps the value once more than it says.
-      QVariant value = reply.value();
-      while (value.canConvert<QDBusVariant>()) value = value.value<QDBusVariant>().variant();
-      OnAnswer(key, value.toUInt());
-    });
-  }
-}
-
-// Portals say nothing of a desktop whose setting they do not know: its palette does.
-void Theme::OnAnswer(const QString& key, unsigned value) {
-  if (value != kNoPreference) Take(key, value);
-}
-
-void Theme::OnSetting(const QString& space, const QString& key, const QDBusVariant& value) {
-  if (space == kSpace) Take(key, value.variant().toUInt());
-}
-
-void Theme::Take(const QString& key, unsigned value) {
-  if (key == kScheme) system_dark_ = value == kPrefersDark;
-  if (key == kContrast) high_contrast_ = value == kPrefersContrast;
   Apply();
 }
 

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Dark and light: as the desktop says, or as the user wants; in black and white where the desktop
-// asks for high contrast.
+// Dark or light: as the desktop's palette is, or as the user wants; black and white if the
+// desktop's palette is.
 #pragma once
 
 #include <QObject>
 #include <QString>
-
-class QDBusVariant;
 
 namespace retint {
 
@@ -16,8 +14,6 @@ enum class ThemeChoice { kSystem, kLight, kDark };
 ThemeChoice ParseTheme(const QString& name);
 QString ThemeName(ThemeChoice choice);
 
-// Follows the desktop: its portal (org.freedesktop.appearance) where there is one, else the palette
-// that the platform gave the application.
 class Theme : public QObject {
   Q_OBJECT
 
@@ -31,13 +27,7 @@ class Theme : public QObject {
  Q_SIGNALS:
   void changed();
 
- private Q_SLOTS:
-  // Of the portal: a setting as it is at first, and one that changed.
-  void OnAnswer(const QString& key, unsigned value);
-  void OnSetting(const QString& space, const QString& key, const QDBusVariant& value);
-
  private:
-  void Take(const QString& key, unsigned value);  // of the portal
   void Apply();
 
   ThemeChoice choice_ = ThemeChoice::kSystem;
