@@ -26,7 +26,7 @@ libraries=(
 programs=(
   ccache libopencv-dev libpcl-dev libopenmpi-dev openmpi-bin
   python3-dev python3-numpy python3-pybind11 pybind11-dev
-  qt6-base-dev qt6-qpa-plugins libgl1-mesa-dri
+  qt6-base-dev qt6-qpa-plugins libqt6svg6 libgl1-mesa-dri
 )
 docs=(python3 mkdocs doxygen)
 tests=(

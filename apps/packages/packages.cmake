@@ -56,7 +56,7 @@ retint_package(dev libretint-dev libdevel
   "libeigen3-dev, libglm-dev, libtbb-dev, libhwy-dev, libopencv-dev, libceres-dev, libpcl-dev, libfmt-dev, nlohmann-json3-dev, libopencolorio-dev, libjpeg62-turbo-dev, zlib1g-dev, libzstd-dev, libwebp-dev, libzip-dev")
 if(RETINT_VIEWER)
   retint_package(viewer retint-viewer graphics
-    "This package has the editor." "hicolor-icon-theme")
+    "This package has the editor." "hicolor-icon-theme, libqt6svg6")
 endif()
 if(RETINT_PYTHON)
   # The module is of one version of Python.

@@ -2,11 +2,14 @@
 // The palette of a desktop of high contrast, and dark tool bars.
 #include <algorithm>
 
+#include <QDir>
+#include <QFileInfo>
 #include <QPushButton>
 #include <QToolBar>
 #include <QToolButton>
 
 #include "tests/viewer/viewer_scene.h"
+#include "viewer/icons/icon.h"
 
 namespace retint {
 
@@ -42,6 +45,22 @@ class ThemeTest : public ViewerTest {
     Theme theme;
     QVERIFY(!theme.high_contrast());
     theme_->Choose(ThemeChoice::kSystem);
+  }
+
+  void IconsHaveTheColorOfText() {
+    for (const QColor& text : {QColor(Qt::black), QColor(225, 226, 229)}) {
+      QPalette palette;
+      palette.setColor(QPalette::ButtonText, text);
+      const QDir icons(":/retint/icons");
+      QVERIFY(!MakeIcon("brush", palette).isNull());
+      for (const QString& file : icons.entryList()) {
+        const QByteArray name = QFileInfo(file).baseName().toLatin1();
+        const QImage image = MakeIcon(name, palette).pixmap(20, 20).toImage();
+        int inked = 0;
+        for (int i = 0; i < 400; ++i) inked += image.pixelColor(i % 20, i / 20) == text;
+        QVERIFY2(inked > 5, name);
+      }
+    }
   }
 
   // Where a tool bar has no room for all of its buttons; Qt's own picture of the arrow is black.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include <QButtonGroup>
 #include <QComboBox>
@@ -15,10 +16,11 @@
 #include <QStyle>
 #include <QToolButton>
 
+#include "viewer/selection/reach_choice.h"
 #include "viewer/selection/selection_canvas.h"
-#include "viewer/selection/tool_icons.h"
-#include "viewer/window/long_text.h"
-#include "viewer/window/wrap_layout.h"
+#include "viewer/widgets/icon.h"
+#include "viewer/widgets/long_text.h"
+#include "viewer/widgets/wrap_layout.h"
 
 namespace retint {
 namespace {
@@ -29,32 +31,31 @@ constexpr int kPlaceWidth = 90, kHintWidth = 120;  // at least, pixels
 
 struct ToolEntry {
   SelectionTool tool;
-  ToolIcon icon;
+  const char* icon;
   const char* name;
   const char* tip;
 };
 
 constexpr ToolEntry kTools[] = {
-    {SelectionTool::kBrush, ToolIcon::kBrush, "Brush",
-     "Brush (B): drag to paint, with Ctrl to erase"},
-    {SelectionTool::kEraser, ToolIcon::kEraser, "Eraser", "Eraser (E): drag to erase"},
-    {SelectionTool::kRectangle, ToolIcon::kRectangle, "Rectangle",
+    {SelectionTool::kBrush, "brush", "Brush", "Brush (B): drag to paint, with Ctrl to erase"},
+    {SelectionTool::kEraser, "eraser", "Eraser", "Eraser (E): drag to erase"},
+    {SelectionTool::kRectangle, "rectangle", "Rectangle",
      "Rectangle (R): drag from corner to corner"},
-    {SelectionTool::kLasso, ToolIcon::kLasso, "Lasso", "Lasso (L): drag around it"},
-    {SelectionTool::kPolygon, ToolIcon::kPolygon, "Polygon", "Polygon (P): click corner by corner"},
-    {SelectionTool::kScribble, ToolIcon::kScribble, "Scribbles",
+    {SelectionTool::kLasso, "lasso", "Lasso", "Lasso (L): drag around it"},
+    {SelectionTool::kPolygon, "polygon", "Polygon", "Polygon (P): click corner by corner"},
+    {SelectionTool::kScribble, "scribble", "Scribbles",
      "Scribbles (S): strokes on the object, with Ctrl on what it is not; the outline is found"},
-    {SelectionTool::kWand, ToolIcon::kWand, "Wand",
+    {SelectionTool::kWand, "wand", "Wand",
      "Magic wand (W): click a surface of one color; it ends at steps and where it turns away"},
-    {SelectionTool::kScissors, ToolIcon::kScissors, "Scissors",
+    {SelectionTool::kScissors, "scissors", "Scissors",
      "Intelligent scissors (I): click along the outline, which follows the edges between clicks"},
-    {SelectionTool::kSphere, ToolIcon::kSphere, "Sphere",
+    {SelectionTool::kSphere, "sphere", "Sphere",
      "Sphere (H): press on the object and drag as far as the sphere reaches"},
-    {SelectionTool::kBox, ToolIcon::kBox, "Box",
+    {SelectionTool::kBox, "box", "Box",
      "Box (X): drag across the object; the box holds the surface under the cursor"},
-    {SelectionTool::kLike, ToolIcon::kLike, "Like",
+    {SelectionTool::kLike, "like", "Like",
      "Like this color (K): click a color; of what is selected, what has this color stays"},
-    {SelectionTool::kRefine, ToolIcon::kRefine, "Refine",
+    {SelectionTool::kRefine, "refine", "Refine",
      "Snap edge (F): drag along the border, which moves to the edges under the brush; Shift+F: "
      "the whole border"},
 };
@@ -164,6 +165,8 @@ ToolStrip::ToolStrip(SelectionCanvas* canvas, QWidget* parent) : QFrame(parent),
     canvas_->setFocus();
   });
   buttons->addWidget(MakeLine());
+  reach_ = new ReachChoice;
+  layout_->addWidget(reach_);
   size_ = new SliderBox(tr("Size"), 1, 1000, tr(" px"), true,
                         tr("Diameter of the brush in pixels of the view ([ and ], Alt+wheel)"));
   hardness_ = new SliderBox(tr("Hardness"), 0, 100, tr(" %"), false,
@@ -255,7 +258,7 @@ std::vector<SliderBox*> ToolStrip::SlidersOf(SelectionTool tool) const {
 void ToolStrip::FitHeight() {
   int height = 0;
   for (const ToolEntry& entry : kTools) {
-    std::vector<QWidget*> widgets = {buttons_};
+    std::vector<QWidget*> widgets = {buttons_, reach_};
     for (SliderBox* box : SlidersOf(entry.tool)) widgets.push_back(box);
     height = std::max(height, layout_->HeightOf(widgets, width()));
   }
@@ -269,7 +272,7 @@ void ToolStrip::resizeEvent(QResizeEvent* event) {
 
 void ToolStrip::DrawIcons() {
   for (const ToolEntry& entry : kTools) {
-    tools_->button(static_cast<int>(entry.tool))->setIcon(MakeToolIcon(entry.icon, palette()));
+    tools_->button(static_cast<int>(entry.tool))->setIcon(MakeIcon(entry.icon, palette()));
   }
 }
 
@@ -335,7 +338,7 @@ ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
 }
 
 void ActionStrip::AddOperations(QHBoxLayout* layout) {
-  const auto add = [&](ToolIcon icon, const char* name, const QString& tip, auto act) {
+  const auto add = [&](const char* icon, const char* name, const QString& tip, auto act) {
     QToolButton* button = MakeButton(tr(name), tip);
     button->setObjectName(QString("action") + QString(name).remove(' '));
     connect(button, &QToolButton::clicked, this, [this, act] {
@@ -345,16 +348,14 @@ void ActionStrip::AddOperations(QHBoxLayout* layout) {
     layout->addWidget(button);
     buttons_.emplace_back(button, icon);
   };
-  add(ToolIcon::kUndo, "Undo", tr("Undo the last stroke (Ctrl+Z)"), [](auto& c) { c.Undo(); });
-  add(ToolIcon::kRedo, "Redo", tr("Redo (Ctrl+Shift+Z or Ctrl+Y)"), [](auto& c) { c.Redo(); });
+  add("undo", "Undo", tr("Undo the last stroke (Ctrl+Z)"), [](auto& c) { c.Undo(); });
+  add("redo", "Redo", tr("Redo (Ctrl+Shift+Z or Ctrl+Y)"), [](auto& c) { c.Redo(); });
   layout->addWidget(MakeLine());
-  add(ToolIcon::kGrow, "Grow", tr("Grow by a pixel (G)"), [](auto& c) { c.GrowBy(1); });
-  add(ToolIcon::kShrink, "Shrink", tr("Shrink by a pixel (Shift+G)"),
-      [](auto& c) { c.GrowBy(-1); });
-  add(ToolIcon::kInvert, "Invert", tr("Invert (Ctrl+I)"), [](auto& c) { c.Invert(); });
-  add(ToolIcon::kAll, "Select all", tr("Select all (Ctrl+A)"), [](auto& c) { c.SelectAll(); });
-  add(ToolIcon::kNone, "Select none", tr("Select nothing (Ctrl+Shift+A)"),
-      [](auto& c) { c.SelectNone(); });
+  add("grow", "Grow", tr("Grow by a pixel (G)"), [](auto& c) { c.GrowBy(1); });
+  add("shrink", "Shrink", tr("Shrink by a pixel (Shift+G)"), [](auto& c) { c.GrowBy(-1); });
+  add("invert", "Invert", tr("Invert (Ctrl+I)"), [](auto& c) { c.Invert(); });
+  add("all", "Select all", tr("Select all (Ctrl+A)"), [](auto& c) { c.SelectAll(); });
+  add("none", "Select none", tr("Select nothing (Ctrl+Shift+A)"), [](auto& c) { c.SelectNone(); });
   layout->addWidget(MakeLine());
 }
 
@@ -403,8 +404,9 @@ void ActionStrip::Show() {
   hint_->setFont(font);
   FitHint();
   const bool undo = canvas_->CanUndo(), redo = canvas_->CanRedo();
-  for (auto& [button, icon] : buttons_) {
-    const bool useful = icon == ToolIcon::kUndo ? undo : icon == ToolIcon::kRedo ? redo : true;
+  for (const auto& [button, icon] : buttons_) {
+    const std::string_view name = icon;
+    const bool useful = name == "undo" ? undo : name == "redo" ? redo : true;
     button->setEnabled(paintable_ && useful);
   }
   accept_->setEnabled(paintable_);
@@ -433,7 +435,7 @@ bool ActionStrip::eventFilter(QObject* object, QEvent* event) {
 }
 
 void ActionStrip::DrawIcons() {
-  for (auto& [button, icon] : buttons_) button->setIcon(MakeToolIcon(icon, palette()));
+  for (auto& [button, icon] : buttons_) button->setIcon(MakeIcon(icon, palette()));
 }
 
 void ActionStrip::changeEvent(QEvent* event) {

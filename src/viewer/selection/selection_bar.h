@@ -23,7 +23,6 @@ namespace retint {
 class SelectionCanvas;
 class WrapLayout;
 enum class SelectionTool;
-enum class ToolIcon;
 
 // A number with its label, slider and box; the slider's scale may be logarithmic.
 class SliderBox : public QWidget {
@@ -103,7 +102,7 @@ class ActionStrip : public QFrame {
   void DrawIcons();
 
   SelectionCanvas* canvas_;
-  std::vector<std::pair<QToolButton*, ToolIcon>> buttons_;
+  std::vector<std::pair<QToolButton*, const char*>> buttons_;  // and their icons
   QComboBox* target_;
   QLabel *place_, *hint_;
   QPushButton *accept_, *cancel_;
