@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What main_window_test.cc leaves out of exploring: the other mouse buttons, flying all ways, the
-// adaptive resolution, frusta to click on, points behind surfaces, key maps, full screen, theme.
+// adaptive resolution, frusta to click on, points behind surfaces, the list of keys, full screen,
+// theme.
 #include <optional>
 
 #include <QAction>
@@ -11,7 +12,6 @@
 #include <QFile>
 #include <QLabel>
 #include <QMenu>
-#include <QPushButton>
 #include <QScreen>
 #include <QScrollBar>
 #include <QTableWidget>
@@ -63,7 +63,7 @@ class ExploreTest : public ViewerTest {
   void init() { QVERIFY(ShowScene()); }
   void cleanup() {
     window_.reset();
-    for (const char* key : {"keys", "key_profiles", "geometry", "layout"}) QSettings().remove(key);
+    for (const char* key : {"geometry", "layout"}) QSettings().remove(key);
   }
 
   void TheMiddleButtonOrbitsPansAndZooms() {
@@ -404,7 +404,7 @@ class ExploreTest : public ViewerTest {
     QVERIFY(dialog->findChild<QTableWidget*>()->verticalScrollBar()->maximum() > 0);
   }
 
-  void F1ListsTheKeysAndChangesTheProfile() {
+  void F1ListsTheKeys() {
     KeysDialog* dialog = OpenKeys();
     QVERIFY(dialog);
     auto* table = dialog->findChild<QTableWidget*>();
@@ -418,93 +418,6 @@ class ExploreTest : public ViewerTest {
     };
     QCOMPARE(keys_of("Fly forward"), QString("W"));
     QCOMPARE(keys_of("Orbit around what is under the cursor"), QString("left drag, middle drag"));
-    QVERIFY(!dialog->findChild<QLabel*>("conflicts")->isVisible());
-    auto* profile = dialog->findChild<QComboBox*>("profile");
-    profile->setFocus();
-    while (profile->currentText() != "Blender") {
-      const QString now = profile->currentText();
-      QTest::keyClick(profile, Qt::Key_Down);
-      if (profile->currentText() == now) QTest::keyClick(profile, Qt::Key_Home);
-    }
-    QCOMPARE(window_->keys().name(), QString("Blender"));
-    QVERIFY(keys_of("Orbit around what is under the cursor").startsWith("middle drag"));
-    dialog->close();
-    // The left button does not orbit any more, the middle one does.
-    const Eigen::Vector3d before = Position();
-    Drag(Qt::LeftButton, {50, 0});
-    QCOMPARE(Position(), before);
-    Drag(Qt::MiddleButton, {50, 0});
-    QVERIFY(Position() != before);
-    // And so it is in the next window.
-    MainWindow next(theme_.get());
-    QCOMPARE(next.keys().name(), QString("Blender"));
-  }
-
-  void AProfileIsLoadedItsConflictsAndFaultsAreNamed() {
-    const auto write = [&](const char* name, const QByteArray& text) {
-      const auto path = scene_->folder() / name;
-      QFile file(QString::fromStdString(path.string()));
-      if (file.open(QIODevice::WriteOnly)) file.write(text);
-      return path;
-    };
-    KeysDialog* dialog = OpenKeys();
-    QVERIFY(dialog);
-    QPushButton* load = nullptr;
-    for (auto* button : dialog->findChildren<QPushButton*>()) {
-      if (button->text().startsWith("Load")) load = button;
-    }
-    QVERIFY(load);
-    AnswerFileDialog(write("mine.json", R"({"name": "Mine", "base": "SuperSplat",
-        "keys": {"show.depth": ["K"], "show.frusta": ["K"], "view.next": ["PgDown"]}})"));
-    QTest::mouseClick(load, Qt::LeftButton);
-    QCOMPARE(window_->keys().name(), QString("Mine"));
-    auto* conflicts = dialog->findChild<QLabel*>("conflicts");
-    QVERIFY(conflicts->isVisible());
-    QVERIFY2(conflicts->text().contains("K "), qPrintable(conflicts->text()));
-    PressKey(*window_, Qt::Key_K);
-    QVERIFY(!canvas().depth() && !canvas().frusta());  // as the dialog says
-    AnswerFileDialog(write("bad.json", R"({"name": "Bad", "keys": {"no.such": ["K"]}})"));
-    QTest::mouseClick(load, Qt::LeftButton);
-    // Above the list of keys, so that it has the keyboard.
-    QVERIFY(WaitDialog(*window_));
-    QCOMPARE(window_->dialog()->parentWidget(), static_cast<QWidget*>(dialog));
-    const QString error = ReadError(*window_);
-    QVERIFY2(error.contains("bad.json") && error.contains("no.such"), qPrintable(error));
-    QCOMPARE(window_->keys().name(), QString("Mine"));
-    dialog->close();
-    QTRY_VERIFY(!window_->findChild<KeysDialog*>());
-    PressKey(*window_, Qt::Key_PageDown);
-    QCOMPARE(navigation().view(), window_->controller().facts()->views[1]);
-    PressKey(*window_, Qt::Key_Right);  // not a key any more
-    QCOMPARE(navigation().view(), window_->controller().facts()->views[1]);
-    // It can be left and chosen again, also in the next window, and without its file.
-    std::filesystem::remove(scene_->folder() / "mine.json");
-    const auto choose = [&](const QString& name) {
-      PressKey(*window_, Qt::Key_F1);
-      auto* keys = window_->findChild<KeysDialog*>();
-      auto* profile = keys->findChild<QComboBox*>("profile");
-      profile->setFocus();
-      QTest::keyClick(profile, Qt::Key_Home);
-      while (profile->currentText() != name) {
-        const int at = profile->currentIndex();
-        QTest::keyClick(profile, Qt::Key_Down);
-        if (profile->currentIndex() == at) break;
-      }
-      keys->close();
-      QTRY_VERIFY(!window_->findChild<KeysDialog*>());
-    };
-    const QList<QKeySequence> mine = {QKeySequence(Qt::Key_PageDown)};
-    choose("SuperSplat");
-    QCOMPARE(window_->keys().name(), QString("SuperSplat"));
-    choose("Mine");
-    QCOMPARE(window_->keys().name(), QString("Mine"));
-    QCOMPARE(window_->keys().Keys("view.next"), mine);
-    QVERIFY(ShowScene());
-    QCOMPARE(window_->keys().Keys("view.next"), mine);
-    choose("Blender");
-    QCOMPARE(window_->keys().name(), QString("Blender"));
-    choose("Mine");
-    QCOMPARE(window_->keys().Keys("view.next"), mine);
   }
 
   void PreferencesActAtOnceAndAreKept() {
@@ -531,15 +444,12 @@ class ExploreTest : public ViewerTest {
     choose("preferred_theme", "Dark");
     QTRY_VERIFY(window_->palette().color(QPalette::Window).lightness() < 80);
     QCOMPARE(QSettings().value("theme").toString(), QString("dark"));
-    choose("preferred_keys", "Blender");
-    QCOMPARE(window_->keys().name(), QString("Blender"));
     auto* refit = dialog->findChild<QCheckBox*>("preferred_refit");
     QVERIFY(refit->isChecked());
     QTest::mouseClick(refit, Qt::LeftButton, {}, {8, refit->height() / 2});
     QVERIFY(!controller().automatic_refit());
     dialog->close();
     MainWindow next(theme_.get());
-    QCOMPARE(next.keys().name(), QString("Blender"));
     QVERIFY(!next.controller().automatic_refit());
     for (const char* key : {"theme", "automatic_refit", "frame_ms"}) QSettings().remove(key);
     theme_->Choose(ThemeChoice::kSystem);

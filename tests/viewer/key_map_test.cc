@@ -3,54 +3,39 @@
 
 #include <fstream>
 #include <set>
-#include <sstream>
+#include <utility>
+#include <vector>
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "base/error.h"
 #include "viewer/selection/selection_keys.h"
 #include "viewer/window/keys_dialog.h"
 
 namespace retint {
 namespace {
 
-using testing::HasSubstr;
-
-std::string FaultOf(const char* json) {
-  try {
-    KeyMap::FromJson(json, "my.json");
-  } catch (const InputError& error) {
-    return error.what();
+// A key that means two things would do neither.
+TEST(KeyMap, NoTwoCommandsShareAKey) {
+  std::set<std::pair<QString, KeyContext>> seen;
+  for (const Command& command : Commands()) {
+    EXPECT_FALSE(KeysOf(command.id).isEmpty()) << command.id;
+    for (const QKeySequence& key : KeysOf(command.id)) {
+      ASSERT_EQ(key.count(), 1) << command.id;
+      EXPECT_NE(key[0].key(), Qt::Key_unknown) << command.id;
+      EXPECT_TRUE(seen.emplace(key.toString(), command.context).second) << command.id;
+      if (command.context == KeyContext::kAlways) {
+        EXPECT_TRUE(seen.emplace(key.toString(), KeyContext::kExplore).second) << command.id;
+      } else {
+        EXPECT_FALSE(seen.contains({key.toString(), KeyContext::kAlways})) << command.id;
+      }
+    }
   }
-  return "none";
-}
-
-TEST(KeyMap, BuiltInProfilesHaveNoConflicts) {
-  for (const QString& name : KeyMap::BuiltIn()) {
-    const KeyMap map = KeyMap::Named(name);
-    EXPECT_EQ(map.name(), name);
-    EXPECT_TRUE(map.Conflicts().isEmpty()) << map.Conflicts().join("; ").toStdString();
-  }
-}
-
-TEST(KeyMap, EveryCommandOfTheDefaultHasAKey) {
-  const KeyMap map = KeyMap::Named("SuperSplat");
-  for (const Command& command : Commands())
-    EXPECT_FALSE(map.Keys(command.id).isEmpty()) << command.id;
-}
-
-std::string Guide() {
-  std::ifstream file(std::string(RETINT_SOURCE_DIR) + "/docs/viewer-keys.md");
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
 }
 
 // "Window: Full screen: F11", in the order of the guide's table.
 std::vector<std::string> GuideRows() {
   std::vector<std::string> rows;
-  std::istringstream text(Guide());
+  std::ifstream text(std::string(RETINT_SOURCE_DIR) + "/docs/viewer-keys.md");
   std::string line, group;
   while (std::getline(text, line)) {
     const QStringList cells = QString::fromStdString(line).split(" | ");
@@ -65,19 +50,16 @@ std::vector<std::string> GuideRows() {
 
 TEST(KeyMap, TheGuidesTableIsTheKeyList) {
   std::vector<std::string> rows;
-  for (const KeyRow& row : KeyRows(KeyMap::Named("SuperSplat"))) {
+  for (const KeyRow& row : KeyRows()) {
     rows.push_back((row.group + ": " + row.what + ": " + row.keys).toStdString());
   }
   EXPECT_EQ(GuideRows(), rows);
-  for (const Command& command : Commands()) {
-    EXPECT_THAT(Guide(), HasSubstr("`" + std::string(command.id) + "`"));
-  }
 }
 
 // Every key of selection mode is listed, each key once.
 TEST(KeyMap, SelectionKeysAreListed) {
   QStringList listed;
-  for (const KeyRow& row : KeyRows(KeyMap::Named("SuperSplat"))) {
+  for (const KeyRow& row : KeyRows()) {
     if (row.group != "Selection mode") continue;
     // A comma is a key too.
     listed += row.keys == "," ? QStringList{","} : row.keys.split(", ");
@@ -91,91 +73,26 @@ TEST(KeyMap, SelectionKeysAreListed) {
   }
 }
 
-TEST(KeyMap, AnUnknownProfileIsTheDefault) {
-  EXPECT_EQ(KeyMap::Named("Nobody").name(), "SuperSplat");
-}
-
-TEST(KeyMap, DefaultMouseIsSuperSplats) {
-  const KeyMap map = KeyMap::Named("SuperSplat");
-  EXPECT_EQ(map.Gesture(Qt::LeftButton, {}), MouseGesture::kOrbit);
-  EXPECT_EQ(map.Gesture(Qt::RightButton, {}), MouseGesture::kPan);
-  EXPECT_EQ(map.Gesture(Qt::MiddleButton, {}), MouseGesture::kOrbit);
-  EXPECT_EQ(map.Gesture(Qt::MiddleButton, Qt::ShiftModifier), MouseGesture::kPan);
-  EXPECT_EQ(map.Gesture(Qt::MiddleButton, Qt::ControlModifier), MouseGesture::kZoom);
-  EXPECT_EQ(map.Gesture(Qt::RightButton, Qt::ControlModifier), std::nullopt);
+TEST(KeyMap, TheMouseIsSuperSplats) {
+  EXPECT_EQ(GestureOf(Qt::LeftButton, {}), MouseGesture::kOrbit);
+  EXPECT_EQ(GestureOf(Qt::RightButton, {}), MouseGesture::kPan);
+  EXPECT_EQ(GestureOf(Qt::MiddleButton, {}), MouseGesture::kOrbit);
+  EXPECT_EQ(GestureOf(Qt::MiddleButton, Qt::ShiftModifier), MouseGesture::kPan);
+  EXPECT_EQ(GestureOf(Qt::MiddleButton, Qt::ControlModifier), MouseGesture::kZoom);
+  EXPECT_EQ(GestureOf(Qt::RightButton, Qt::ControlModifier), std::nullopt);
 }
 
 TEST(KeyMap, FlyingIgnoresTheModifiersOfItsSpeed) {
-  const KeyMap map = KeyMap::Named("SuperSplat");
   for (const auto modifiers : {Qt::KeyboardModifiers{}, Qt::KeyboardModifiers{Qt::ShiftModifier},
                                Qt::KeyboardModifiers{Qt::AltModifier}}) {
-    ASSERT_NE(map.Held(Qt::Key_W, modifiers), nullptr);
-    EXPECT_STREQ(map.Held(Qt::Key_W, modifiers)->id, "fly.forward");
+    ASSERT_NE(HeldCommand(Qt::Key_W, modifiers), nullptr);
+    EXPECT_STREQ(HeldCommand(Qt::Key_W, modifiers)->id, "fly.forward");
   }
-  EXPECT_EQ(map.Held(Qt::Key_W, Qt::ControlModifier), nullptr);  // closes the scene
-  EXPECT_EQ(map.Held(Qt::Key_F, {}), nullptr);                   // not held
-}
-
-TEST(KeyMap, AProfileSaysWhatDiffersFromItsBase) {
-  const KeyMap map = KeyMap::FromJson(
-      R"({"name": "Mine", "base": "Blender", "keys": {"view.next": ["PgDown"], "show.depth": []},
-          "mouse": {"pan": ["Right"], "look": []}})",
-      "my.json");
-  EXPECT_EQ(map.name(), "Mine");
-  EXPECT_EQ(map.Keys("view.next"), QList<QKeySequence>{QKeySequence(Qt::Key_PageDown)});
-  EXPECT_TRUE(map.Keys("show.depth").isEmpty());
-  EXPECT_EQ(map.Keys("camera.frame"), KeyMap::Named("Blender").Keys("camera.frame"));
-  EXPECT_EQ(map.Gesture(Qt::RightButton, {}), MouseGesture::kPan);
-  EXPECT_EQ(map.Gesture(Qt::MiddleButton, {}), MouseGesture::kOrbit);
-  EXPECT_TRUE(map.Conflicts().isEmpty());
-}
-
-TEST(KeyMap, ConflictsAreNamed) {
-  const KeyMap keys = KeyMap::FromJson(
-      R"({"name": "Mine", "base": "SuperSplat", "keys": {"show.depth": ["F"]}})", "my.json");
-  ASSERT_EQ(keys.Conflicts().size(), 1);
-  EXPECT_THAT(keys.Conflicts().front().toStdString(), HasSubstr("Depth"));
-  EXPECT_THAT(keys.Conflicts().front().toStdString(), HasSubstr("Frame"));
-  const KeyMap mouse = KeyMap::FromJson(
-      R"({"name": "Mine", "base": "SuperSplat", "mouse": {"zoom": ["Left"]}})", "my.json");
-  ASSERT_EQ(mouse.Conflicts().size(), 1);
-  EXPECT_THAT(mouse.Conflicts().front().toStdString(), HasSubstr("left drag"));
-}
-
-TEST(KeyMap, WhatIsInConflictDoesNotAct) {
-  const KeyMap keys = KeyMap::FromJson(
-      R"({"name": "Mine", "base": "SuperSplat",
-          "keys": {"show.depth": ["W", "J"], "view.next": ["Alt+3"], "camera.reset": ["Shift+S"]},
-          "mouse": {"zoom": ["Left"]}})",
-      "my.json");
-  const std::string conflicts = keys.Conflicts().join("\n").toStdString();
-  EXPECT_THAT(conflicts, HasSubstr("Fly forward"));
-  EXPECT_THAT(conflicts, HasSubstr("Go to the Quality panel"));
-  EXPECT_EQ(keys.Held(Qt::Key_W, {}), nullptr);
-  EXPECT_EQ(keys.ActiveKeys("show.depth"), QList<QKeySequence>{QKeySequence(Qt::Key_J)});
-  EXPECT_TRUE(keys.ActiveKeys("view.next").isEmpty());
-  EXPECT_TRUE(keys.ActiveKeys("panel.quality").isEmpty());
-  EXPECT_EQ(keys.Gesture(Qt::LeftButton, {}), std::nullopt);
-  EXPECT_EQ(keys.Gesture(Qt::MiddleButton, {}), MouseGesture::kOrbit);
+  EXPECT_EQ(HeldCommand(Qt::Key_W, Qt::ControlModifier), nullptr);  // closes the scene
+  EXPECT_EQ(HeldCommand(Qt::Key_F, {}), nullptr);                   // not held
   // A key of its own with a modifier of flying goes before flying.
-  EXPECT_TRUE(keys.IsShortcut(Qt::ShiftModifier | Qt::Key_S));
-  EXPECT_FALSE(keys.IsShortcut(Qt::AltModifier | Qt::Key_S));
-}
-
-TEST(KeyMap, FaultsAreNamed) {
-  EXPECT_THAT(FaultOf(""), HasSubstr("my.json"));
-  EXPECT_THAT(FaultOf("[]"), HasSubstr("not a JSON object"));
-  EXPECT_THAT(FaultOf("{}"), HasSubstr("no name"));
-  EXPECT_THAT(FaultOf(R"({"name": "x", "base": "Maya"})"), HasSubstr("unknown base"));
-  EXPECT_THAT(FaultOf(R"({"name": "x", "keys": {"fly.sideways": ["K"]}})"),
-              HasSubstr("fly.sideways"));
-  EXPECT_THAT(FaultOf(R"({"name": "x", "keys": {"view.next": "K"}})"), HasSubstr("list"));
-  EXPECT_THAT(FaultOf(R"({"name": "x", "keys": {"view.next": [7]}})"), HasSubstr("list"));
-  EXPECT_THAT(FaultOf(R"({"name": "x", "keys": {"view.next": ["Bogus+Q+"]}})"),
-              HasSubstr("no key"));
-  EXPECT_THAT(FaultOf(R"({"name": "x", "mouse": {"pan": ["Ctrl"]}})"),
-              HasSubstr("no mouse button"));
-  EXPECT_THAT(FaultOf(R"({"name": "x", "mouse": {"spin": ["Left"]}})"), HasSubstr("spin"));
+  EXPECT_TRUE(IsShortcut(Qt::ShiftModifier | Qt::Key_V));
+  EXPECT_FALSE(IsShortcut(Qt::AltModifier | Qt::Key_S));
 }
 
 }  // namespace

@@ -96,8 +96,8 @@ class WorkflowTest : public ViewerTest {
   }
   void cleanup() { window_.reset(); }
 
-  // What the note of the points says is true of the mask and of the profile of keys.
-  void TheNoteOfThePointsFollowsTheMaskAndTheKeys() {
+  // What the note of the points says is true of the mask.
+  void TheNoteOfThePointsFollowsTheMask() {
     PressKey(*window_, Qt::Key_Return);
     QVERIFY(Painting());
     Paint(Truth(subject_.first));
@@ -110,11 +110,6 @@ class WorkflowTest : public ViewerTest {
     QCOMPARE(canvas().CloudNote(), points);
     PressKey(*window_, Qt::Key_M, Qt::ShiftModifier);
     QCOMPARE(canvas().CloudNote(), with_key);
-    const KeyMap before = window_->keys();
-    window_->SetKeyMap(KeyMap::FromJson(
-        R"({"name": "Mine", "base": "SuperSplat", "keys": {"show.mask": ["K"]}})", "mine.json"));
-    QCOMPARE(canvas().CloudNote(), points + " · K shows the mask");
-    window_->SetKeyMap(before);
     window_->SetCurrentRegion(0);
     QCOMPARE(canvas().CloudNote(), QString());
   }

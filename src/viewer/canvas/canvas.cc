@@ -21,11 +21,7 @@ constexpr double kSplitGrab = 8;     // pixels to either side of the line
 
 Canvas::Canvas(SceneController* controller, RenderThread* renderer, PhotoLoader* photos,
                QWidget* parent)
-    : QWidget(parent),
-      controller_(controller),
-      renderer_(renderer),
-      photos_(photos),
-      keys_(KeyMap::Named({})) {
+    : QWidget(parent), controller_(controller), renderer_(renderer), photos_(photos) {
   setFocusPolicy(Qt::StrongFocus);
   setMouseTracking(true);
   setAttribute(Qt::WA_OpaquePaintEvent);
@@ -276,7 +272,7 @@ void Canvas::SetHeld(const Command& command, bool down) {
     photo_ = down;
     if (down && controller_->IsOpen() && !navigation_.view()) {
       Q_EMIT hint(tr("Photos are shown from training views: %1 goes to the nearest")
-                      .arg(keys_.KeyText("view.next")));
+                      .arg(KeyText("view.next")));
     }
     SayMissingPhoto();
     update();
@@ -332,7 +328,7 @@ void Canvas::SetPicking(bool picking) {
     pick_from_ = serial_;
     setFocus();
     Q_EMIT hint(tr("Click the color to take; hold %1 for the photo, Esc to leave it")
-                    .arg(keys_.KeyText("show.photo")));
+                    .arg(KeyText("show.photo")));
   } else {
     Q_EMIT hint({});
   }
@@ -375,7 +371,7 @@ void Canvas::mousePressEvent(QMouseEvent* event) {
     split_drag_ = true;
     return;
   }
-  gesture_ = keys_.Gesture(event->button(), event->modifiers());
+  gesture_ = GestureOf(event->button(), event->modifiers());
   if (gesture_ == MouseGesture::kOrbit && fly_mode_) gesture_ = MouseGesture::kLook;
   if (gesture_ == MouseGesture::kOrbit) Probe(mouse_, ProbeFor::kPivot);
 }
@@ -439,7 +435,7 @@ bool Canvas::event(QEvent* event) {
     const auto* key = static_cast<QKeyEvent*>(event);
     const bool slower = key->key() == Qt::Key_Alt && !flying_.empty();
     if (slower ||
-        (keys_.Held(key->key(), key->modifiers()) && !keys_.IsShortcut(key->keyCombination()))) {
+        (HeldCommand(key->key(), key->modifiers()) && !IsShortcut(key->keyCombination()))) {
       event->accept();
       return true;
     }
@@ -448,7 +444,7 @@ bool Canvas::event(QEvent* event) {
 }
 
 void Canvas::keyPressEvent(QKeyEvent* event) {
-  const Command* command = keys_.Held(event->key(), event->modifiers());
+  const Command* command = HeldCommand(event->key(), event->modifiers());
   fly_factor_ = event->modifiers() & Qt::ShiftModifier ? 10
                 : event->modifiers() & Qt::AltModifier ? 0.1
                                                        : 1;
@@ -462,7 +458,7 @@ void Canvas::keyPressEvent(QKeyEvent* event) {
 void Canvas::keyReleaseEvent(QKeyEvent* event) {
   const Qt::KeyboardModifiers modifiers = event->modifiers();
   fly_factor_ = modifiers & Qt::ShiftModifier ? 10 : modifiers & Qt::AltModifier ? 0.1 : 1;
-  const Command* command = keys_.Held(event->key(), Qt::NoModifier);
+  const Command* command = HeldCommand(event->key(), Qt::NoModifier);
   if (!command) {
     QWidget::keyReleaseEvent(event);
     return;

@@ -28,8 +28,6 @@ class Canvas : public QWidget {
   Canvas(SceneController* controller, RenderThread* renderer, PhotoLoader* photos,
          QWidget* parent = nullptr);
 
-  void SetKeyMap(const KeyMap& keys) { keys_ = keys; }
-
   // The camera. After a change through navigation() call CameraMoved().
   Navigation& navigation() { return navigation_; }
   const Navigation& navigation() const { return navigation_; }
@@ -144,7 +142,6 @@ class Canvas : public QWidget {
   SceneController* controller_;
   RenderThread* renderer_;
   PhotoLoader* photos_;
-  KeyMap keys_;
   std::shared_ptr<const SceneFacts> facts_;  // of the views that navigation_ knows; null: none
   Navigation navigation_;
   double frustum_size_ = 1;

@@ -1,23 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "viewer/window/keys_dialog.h"
 
-#include <QComboBox>
 #include <QDialogButtonBox>
-#include <QFileDialog>
-#include <QHBoxLayout>
 #include <QHeaderView>
-#include <QLabel>
-#include <QPushButton>
 #include <QScreen>
 #include <QTableWidget>
 #include <QVBoxLayout>
 
 #include "viewer/selection/selection_keys.h"
+#include "viewer/window/key_map.h"
 
 namespace retint {
 namespace {
 
-// What keys alone do not say; the same in every profile.
+// What keys alone do not say.
 const KeyRow kSelectionMouse[] = {
     {"Selection mode", "Erase with the brush", "hold Ctrl"},
     {"Selection mode", "Scribble on what is not the object", "hold Ctrl"},
@@ -53,18 +49,18 @@ std::vector<KeyRow> SelectionRows() {
 
 }  // namespace
 
-std::vector<KeyRow> KeyRows(const KeyMap& keys) {
+std::vector<KeyRow> KeyRows() {
   std::vector<KeyRow> rows;
   const auto mouse = [&](const char* what, const QString& text) {
     if (!text.isEmpty()) rows.push_back({"Mouse", what, text});
   };
-  mouse("Orbit around what is under the cursor", keys.MouseText(MouseGesture::kOrbit));
-  mouse("Pan", keys.MouseText(MouseGesture::kPan));
-  mouse("Zoom", "wheel, " + keys.MouseText(MouseGesture::kZoom));
-  mouse("Look around", keys.MouseText(MouseGesture::kLook));
+  mouse("Orbit around what is under the cursor", MouseText(MouseGesture::kOrbit));
+  mouse("Pan", MouseText(MouseGesture::kPan));
+  mouse("Zoom", "wheel, " + MouseText(MouseGesture::kZoom));
+  mouse("Look around", MouseText(MouseGesture::kLook));
   mouse("Look at it; go to a camera's view", "double-click");
   for (const Command& command : Commands()) {
-    rows.push_back({command.group, command.title, keys.KeyText(command.id)});
+    rows.push_back({command.group, command.title, KeyText(command.id)});
     if (std::string_view(command.id) == "fly.up") {
       rows.push_back({command.group, "Ten times faster, slower", "hold Shift, Alt"});
     }
@@ -75,46 +71,41 @@ std::vector<KeyRow> KeyRows(const KeyMap& keys) {
   return rows;
 }
 
-KeysDialog::KeysDialog(const KeyMap& keys, const QStringList& profiles, QWidget* parent)
-    : QDialog(parent) {
+KeysDialog::KeysDialog(QWidget* parent) : QDialog(parent) {
   setWindowTitle(tr("Keys"));
   resize(FirstSize(screen()->availableSize(), fontMetrics()));
-  profile_ = new QComboBox;
-  profile_->setObjectName("profile");
-  profile_->addItems(profiles);
-  auto* file = new QPushButton(tr("Load a profile…"));
-  file->setAutoDefault(false);
-  conflicts_ = new QLabel;
-  conflicts_->setObjectName("conflicts");
-  conflicts_->setWordWrap(true);
-  table_ = new QTableWidget;
-  table_->setColumnCount(2);
-  table_->setHorizontalHeaderLabels({tr("What"), tr("Keys")});
-  table_->verticalHeader()->hide();
-  table_->setEditTriggers(QAbstractItemView::NoEditTriggers);
-  table_->setSelectionMode(QAbstractItemView::NoSelection);
-  table_->setShowGrid(false);
-  table_->setAlternatingRowColors(true);
-  table_->horizontalHeader()->setSectionResizeMode(QHeaderView::Stretch);
-  auto* top = new QHBoxLayout;
-  top->addWidget(new QLabel(tr("Profile")));
-  top->addWidget(profile_);
-  top->addStretch();
-  top->addWidget(file);
+  auto* table = new QTableWidget;
+  table->setColumnCount(2);
+  table->setHorizontalHeaderLabels({tr("What"), tr("Keys")});
+  table->verticalHeader()->hide();
+  table->setEditTriggers(QAbstractItemView::NoEditTriggers);
+  table->setSelectionMode(QAbstractItemView::NoSelection);
+  table->setShowGrid(false);
+  table->setAlternatingRowColors(true);
+  table->horizontalHeader()->setSectionResizeMode(QHeaderView::Stretch);
+  QString group;
+  for (const KeyRow& row : KeyRows()) {
+    if (row.group != group) {
+      group = row.group;
+      const int at = table->rowCount();
+      table->insertRow(at);
+      auto* heading = new QTableWidgetItem(group);
+      QFont bold = heading->font();
+      bold.setBold(true);
+      heading->setFont(bold);
+      table->setItem(at, 0, heading);
+      table->setSpan(at, 0, 1, 2);
+    }
+    const int at = table->rowCount();
+    table->insertRow(at);
+    table->setItem(at, 0, new QTableWidgetItem(row.what));
+    table->setItem(at, 1, new QTableWidgetItem(row.keys));
+  }
   auto* close = new QDialogButtonBox(QDialogButtonBox::Close);
   connect(close, &QDialogButtonBox::rejected, this, &QDialog::reject);
   auto* layout = new QVBoxLayout(this);
-  layout->addLayout(top);
-  layout->addWidget(conflicts_);
-  layout->addWidget(table_);
+  layout->addWidget(table);
   layout->addWidget(close);
-  connect(profile_, &QComboBox::textActivated, this, &KeysDialog::profileChosen);
-  connect(file, &QPushButton::clicked, this, [this] {
-    const QString path =
-        QFileDialog::getOpenFileName(this, tr("Key map profile"), {}, tr("Profiles (*.json)"));
-    if (!path.isEmpty()) Q_EMIT fileChosen(path);
-  });
-  Show(keys);
 }
 
 // A frame takes a part of the room.
@@ -123,35 +114,6 @@ QSize KeysDialog::FirstSize(const QSize& room, const QFontMetrics& font) {
   constexpr QSize kAround(24, 72);
   const QSize wanted(kWide * font.averageCharWidth(), kHigh * font.lineSpacing());
   return wanted.boundedTo(room - kAround);
-}
-
-void KeysDialog::Show(const KeyMap& keys) {
-  if (profile_->findText(keys.name()) < 0) profile_->addItem(keys.name());
-  profile_->setCurrentText(keys.name());
-  const QStringList conflicts = keys.Conflicts();
-  conflicts_->setVisible(!conflicts.isEmpty());
-  conflicts_->setText(
-      tr("Conflicts: %1. A key with two meanings does nothing.").arg(conflicts.join("; ")));
-  const auto rows = KeyRows(keys);
-  table_->setRowCount(0);
-  QString group;
-  for (const KeyRow& row : rows) {
-    if (row.group != group) {
-      group = row.group;
-      const int at = table_->rowCount();
-      table_->insertRow(at);
-      auto* heading = new QTableWidgetItem(group);
-      QFont bold = heading->font();
-      bold.setBold(true);
-      heading->setFont(bold);
-      table_->setItem(at, 0, heading);
-      table_->setSpan(at, 0, 1, 2);
-    }
-    const int at = table_->rowCount();
-    table_->insertRow(at);
-    table_->setItem(at, 0, new QTableWidgetItem(row.what));
-    table_->setItem(at, 1, new QTableWidgetItem(row.keys));
-  }
 }
 
 }  // namespace retint

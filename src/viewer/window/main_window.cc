@@ -326,7 +326,7 @@ void MainWindow::ConnectSelection() {
     const QString held = WarningOfPaint(id);
     if (!held.isEmpty()) return Warn(held);
     Say(tr("%1. %2 shows the selection. Choose a color in the Regions panel (%3)")
-            .arg(VerdictOfPaint(id), keys_.KeyText("show.mask"), keys_.KeyText("panel.regions")));
+            .arg(VerdictOfPaint(id), KeyText("show.mask"), KeyText("panel.regions")));
   });
   connect(selection_, &SelectionMode::left, this, [this] {
     ShowPage();
@@ -454,7 +454,7 @@ void MainWindow::ShowCloudOfCurrent() {
 // As long as the points show: they are less than what is selected.
 void MainWindow::ShowCloudNote() {
   const Region* region = current_->region();
-  const QString key = keys_.KeyText("show.mask");
+  const QString key = KeyText("show.mask");
   QString note;
   if (region && region->selection && !region->selection->masks.empty()) {
     note = tr("Points of the paint");
@@ -523,7 +523,7 @@ bool MainWindow::focusNextPrevChild(bool next) {
 
 // Keys that no widget wanted: flying works wherever the focus is.
 void MainWindow::keyPressEvent(QKeyEvent* event) {
-  const Command* command = keys_.Held(event->key(), event->modifiers());
+  const Command* command = HeldCommand(event->key(), event->modifiers());
   if (command && controller_->IsOpen() && !IsSelecting() && !canvas_->hasFocus()) {
     canvas_->setFocus();
     if (!event->isAutoRepeat()) canvas_->SetHeld(*command, true);

@@ -22,7 +22,6 @@
 #include "viewer/canvas/render_thread.h"
 #include "viewer/scene/current_region.h"
 #include "viewer/scene/scene_controller.h"
-#include "viewer/window/key_map.h"
 #include "viewer/window/keys_dialog.h"
 #include "viewer/window/open_dialog.h"
 #include "viewer/window/theme.h"
@@ -78,8 +77,6 @@ class MainWindow : public QMainWindow {
   SessionStore& sessions() { return *sessions_; }
   // Of a command, see Commands(); null for held ones.
   QAction* action(std::string_view command) const;
-  const KeyMap& keys() const { return keys_; }
-  void SetKeyMap(const KeyMap& keys);
 
   // The region that tools and shortcuts mean; 0: none.
   RegionId current_region() const { return current_->id(); }
@@ -146,9 +143,6 @@ class MainWindow : public QMainWindow {
   void ShowPreferences();
   void Prefer(const Preferences& preferences);
   void ShowKeys();
-  void LoadProfile(const QString& path);
-  static QStringList LoadedProfiles();         // of this and earlier runs
-  static KeyMap Profile(const QString& name);  // loaded or built in, else the default
   // main_window_files.cc
   // `failure`: why what `start` says could not be opened.
   void AskAndOpen(OpenRequest start, const QString& failure = {});
@@ -223,7 +217,6 @@ class MainWindow : public QMainWindow {
   std::vector<QDockWidget*> docks_;
   bool panels_shown_ = true;
   QByteArray layout_;  // of the panels that are hidden
-  KeyMap keys_;
   QPointer<KeysDialog> keys_dialog_;
   QPointer<QMessageBox> dialog_;
   std::deque<std::pair<QString, QString>> errors_;

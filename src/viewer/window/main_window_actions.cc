@@ -6,7 +6,6 @@
 #include <QDateTime>
 #include <QDir>
 #include <QDockWidget>
-#include <QFile>
 #include <QMenu>
 #include <QMenuBar>
 #include <QMessageBox>
@@ -15,7 +14,6 @@
 #include <QStandardPaths>
 #include <QToolBar>
 
-#include "base/error.h"
 #include "base/run_clock.h"
 #include "viewer/canvas/uncertainty.h"
 #include "viewer/panels/quality_panel.h"
@@ -33,6 +31,9 @@ QAction* MainWindow::MakeAction(const char* command, const QString& text, std::f
   auto* action = new QAction(text, this);
   action->setObjectName(command);
   action->setCheckable(checkable);
+  action->setShortcuts(KeysOf(command));
+  const QString keys = KeyText(command);
+  action->setToolTip(tr(FindCommand(command)->title) + (keys.isEmpty() ? "" : " (" + keys + ")"));
   connect(action, &QAction::triggered, this, [act = std::move(act)] { act(); });
   addAction(action);
   actions_.emplace(command, action);
@@ -254,77 +255,13 @@ void MainWindow::CopyPicture() {
   Say(tr("The picture is in the clipboard"));
 }
 
-void MainWindow::SetKeyMap(const KeyMap& keys) {
-  keys_ = keys;
-  canvas_->SetKeyMap(keys);
-  for (const auto& [id, one] : actions_) {
-    one->setShortcuts(keys.ActiveKeys(id));
-    const QString text = keys.KeyText(id);
-    const Command* command = FindCommand(id);
-    one->setToolTip(tr(command->title) + (text.isEmpty() ? "" : " (" + text + ")"));
-  }
-  for (QDockWidget* dock : docks_) {
-    const QString text = keys.KeyText("panel." + dock->objectName().toStdString());
-    dock->toggleViewAction()->setToolTip(
-        text.isEmpty() ? dock->windowTitle()
-                       : tr("%1 (go there: %2)").arg(dock->windowTitle(), text));
-  }
-  if (keys_dialog_) keys_dialog_->Show(keys);
-  ShowCloudNote();
-}
-
 void MainWindow::ShowKeys() {
   if (!keys_dialog_) {
-    keys_dialog_ = new KeysDialog(keys_, KeyMap::BuiltIn() + LoadedProfiles(), this);
+    keys_dialog_ = new KeysDialog(this);
     keys_dialog_->setAttribute(Qt::WA_DeleteOnClose);
-    connect(keys_dialog_, &KeysDialog::profileChosen, this, [this](const QString& name) {
-      SetKeyMap(Profile(name));
-      QSettings().setValue("keys", name);
-    });
-    connect(keys_dialog_, &KeysDialog::fileChosen, this, &MainWindow::LoadProfile);
   }
   keys_dialog_->show();
   keys_dialog_->raise();
-}
-
-// The text of a loaded profile is kept: its file may be gone at the next start.
-QStringList MainWindow::LoadedProfiles() {
-  return QSettings().value("key_profiles").toMap().keys();
-}
-
-KeyMap MainWindow::Profile(const QString& name) {
-  const QByteArray json = QSettings().value("key_profiles").toMap().value(name).toByteArray();
-  if (!json.isEmpty()) {
-    try {
-      return KeyMap::FromJson(json, name.toStdString());
-    } catch (const Error&) {
-      // Written for a version that knows other commands.
-    }
-  }
-  return KeyMap::Named(name);
-}
-
-void MainWindow::LoadProfile(const QString& path) {
-  QFile file(path);
-  if (!file.open(QIODevice::ReadOnly)) {
-    ShowError(tr("The profile cannot be read"), path + ": " + file.errorString());
-    return;
-  }
-  const QByteArray json = file.readAll();
-  try {
-    const KeyMap keys = KeyMap::FromJson(json, path.toStdString());
-    if (KeyMap::BuiltIn().contains(keys.name())) {
-      throw InputError(path.toStdString(), "has the name of a profile that is built in");
-    }
-    QSettings settings;
-    QVariantMap loaded = settings.value("key_profiles").toMap();
-    loaded[keys.name()] = json;
-    settings.setValue("key_profiles", loaded);
-    settings.setValue("keys", keys.name());
-    SetKeyMap(keys);
-  } catch (const Error& error) {
-    ShowError(tr("The profile cannot be used"), QString::fromStdString(error.what()));
-  }
 }
 
 // ---- Preferences
@@ -332,8 +269,7 @@ void MainWindow::LoadProfile(const QString& path) {
 void MainWindow::ShowPreferences() {
   Preferences now = Preferences::Load();
   now.theme = theme_->choice();
-  now.keys = keys_.name();
-  auto* dialog = new PreferencesDialog(now, KeyMap::BuiltIn() + LoadedProfiles(), this);
+  auto* dialog = new PreferencesDialog(now, this);
   connect(dialog, &PreferencesDialog::changed, this, [this](const Preferences& chosen) {
     chosen.Save();
     theme_->Choose(chosen.theme);
@@ -344,7 +280,6 @@ void MainWindow::ShowPreferences() {
 
 // The theme is the program's: the command line may have chosen another.
 void MainWindow::Prefer(const Preferences& preferences) {
-  SetKeyMap(Profile(preferences.keys));
   controller_->SetAutomaticRefit(preferences.automatic_refit);
   renderer_->SetFrameBudget(preferences.frame_ms);
 }

@@ -184,6 +184,9 @@ QDockWidget* MainWindow::AddPanel(const QString& id, const QString& title, QWidg
   addDockWidget(area, dock);
   panels_menu_->addAction(dock->toggleViewAction());
   docks_.push_back(dock);
+  const QString keys = KeyText("panel." + id.toStdString());
+  dock->toggleViewAction()->setToolTip(keys.isEmpty() ? title
+                                                      : tr("%1 (go there: %2)").arg(title, keys));
   return dock;
 }
 
@@ -198,7 +201,7 @@ void MainWindow::AddPanels() {
     const UserPicture* picture = canvas_->picture();
     if (!picture) {
       return Say(tr("Only training views are edited elsewhere: %1 goes to the nearest")
-                     .arg(keys_.KeyText("view.next")));
+                     .arg(KeyText("view.next")));
     }
     // A render in its place would not be what was asked for.
     if (photo && !controller_->facts()->workspace->HasPhoto(*picture->faces.front())) {

@@ -14,7 +14,6 @@ Preferences Preferences::Load() {
   const QSettings settings;
   Preferences loaded;
   loaded.theme = ParseTheme(settings.value("theme").toString());
-  loaded.keys = settings.value("keys").toString();
   loaded.automatic_refit = settings.value("automatic_refit", loaded.automatic_refit).toBool();
   loaded.frame_ms = settings.value("frame_ms", loaded.frame_ms).toInt();
   return loaded;
@@ -23,14 +22,11 @@ Preferences Preferences::Load() {
 void Preferences::Save() const {
   QSettings settings;
   settings.setValue("theme", ThemeName(theme));
-  settings.setValue("keys", keys);
   settings.setValue("automatic_refit", automatic_refit);
   settings.setValue("frame_ms", frame_ms);
 }
 
-PreferencesDialog::PreferencesDialog(const Preferences& now, const QStringList& profiles,
-                                     QWidget* parent)
-    : QDialog(parent) {
+PreferencesDialog::PreferencesDialog(const Preferences& now, QWidget* parent) : QDialog(parent) {
   setObjectName("preferences");
   setAttribute(Qt::WA_DeleteOnClose);
   setWindowTitle(tr("Preferences"));
@@ -40,10 +36,6 @@ PreferencesDialog::PreferencesDialog(const Preferences& now, const QStringList& 
   theme->addItem(tr("Light"), "light");
   theme->addItem(tr("Dark"), "dark");
   theme->setCurrentIndex(theme->findData(ThemeName(now.theme)));
-  auto* keys = new QComboBox;
-  keys->setObjectName("preferred_keys");
-  keys->addItems(profiles);
-  keys->setCurrentText(now.keys);
   auto* automatic = new QCheckBox(tr("Start the &optimizer after each edit"));
   automatic->setObjectName("preferred_refit");
   automatic->setToolTip(tr("Otherwise edits show in closed form until the optimizer is started"));
@@ -58,7 +50,6 @@ PreferencesDialog::PreferencesDialog(const Preferences& now, const QStringList& 
       tr("How long a picture may take while the camera moves. Less is smoother, more is sharper"));
   auto* form = new QFormLayout(this);
   form->addRow(tr("&Theme"), theme);
-  form->addRow(tr("&Keys"), keys);
   form->addRow(tr("&Picture while moving"), frame);
   form->addRow(automatic);
   auto* close = new QDialogButtonBox(QDialogButtonBox::Close);
@@ -67,13 +58,11 @@ PreferencesDialog::PreferencesDialog(const Preferences& now, const QStringList& 
   const auto say = [=, this] {
     Preferences chosen;
     chosen.theme = ParseTheme(theme->currentData().toString());
-    chosen.keys = keys->currentText();
     chosen.automatic_refit = automatic->isChecked();
     chosen.frame_ms = frame->value();
     Q_EMIT changed(chosen);
   };
   connect(theme, &QComboBox::currentIndexChanged, this, say);
-  connect(keys, &QComboBox::currentIndexChanged, this, say);
   connect(automatic, &QCheckBox::toggled, this, say);
   connect(frame, &QSpinBox::valueChanged, this, say);
 }

@@ -10,7 +10,6 @@ namespace retint {
 
 struct Preferences {
   ThemeChoice theme = ThemeChoice::kSystem;
-  QString keys;  // name of a profile
   bool automatic_refit = true;
   int frame_ms = 60;  // that a picture may take while the camera moves
 
@@ -22,8 +21,7 @@ class PreferencesDialog : public QDialog {
   Q_OBJECT
 
  public:
-  // `profiles`: names of key profiles to choose from.
-  PreferencesDialog(const Preferences& now, const QStringList& profiles, QWidget* parent = nullptr);
+  explicit PreferencesDialog(const Preferences& now, QWidget* parent = nullptr);
 
  Q_SIGNALS:
   void changed(const retint::Preferences& preferences);
