@@ -105,16 +105,6 @@ void ApplyClosedForm(Backend& backend, std::span<float> sh, int num_coeffs,
   editor.Edit(sh.data(), shares.data(), int64_t(shares.size()));
 }
 
-FloatArray ClosedFormSh(Backend& backend, std::span<const float> sh, int num_coeffs,
-                        std::span<const float> shares, const ColorEdit& edit,
-                        double active_threshold) {
-  FloatArray edited;
-  ReservePopulated(edited, sh.size());
-  edited.assign(sh.begin(), sh.end());
-  ApplyClosedForm(backend, edited, num_coeffs, shares, edit, active_threshold);
-  return edited;
-}
-
 namespace {
 
 // Adds what a view sees of each Gaussian, inside its mask and altogether; its geometry.

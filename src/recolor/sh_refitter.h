@@ -87,10 +87,6 @@ class ShRefitter {
 // The instant preview, but for paint (PaintChange), of coefficients `sh` [N, K, 3], K = num_coeffs,
 // in host memory: ShOps::EditSh of each Gaussian of a share above the threshold, computed by
 // `backend`. OptionError unless there is one share a Gaussian.
-FloatArray ClosedFormSh(Backend& backend, std::span<const float> sh, int num_coeffs,
-                        std::span<const float> shares, const ColorEdit& edit,
-                        double active_threshold = RefitOptions().active_threshold);
-// The same in place.
 void ApplyClosedForm(Backend& backend, std::span<float> sh, int num_coeffs,
                      std::span<const float> shares, const ColorEdit& edit, double active_threshold);
 

@@ -19,6 +19,7 @@
 #include "editing/edit_session.h"
 #include "recolor/edit_text.h"
 #include "tests/benchmarks/main.h"
+#include "tests/support/closed_form.h"
 
 namespace retint {
 namespace {

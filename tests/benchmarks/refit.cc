@@ -24,6 +24,7 @@
 #include "splat_io/splat_io.h"
 #include "tests/benchmarks/main.h"
 #include "tests/support/blend.h"
+#include "tests/support/closed_form.h"
 
 namespace retint {
 namespace {

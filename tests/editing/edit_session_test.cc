@@ -12,6 +12,7 @@
 #include "colmap_io/image_io.h"
 #include "editing/main_colors.h"
 #include "tests/saving/saved_scene.h"
+#include "tests/support/closed_form.h"
 
 namespace retint {
 namespace {

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "tests/recolor/tiny_scene.h"
+#include "tests/support/closed_form.h"
 
 namespace retint {
 namespace {

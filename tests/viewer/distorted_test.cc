@@ -318,7 +318,7 @@ class DistortedTest : public DistortedFixture {
     QVERIFY(Open(lens.toStdString()));
     const Pictures pictures(*controller().facts()->workspace, Pixels::kPhoto);
     QSignalSpy added(&controller(), &SceneController::regionAdded);
-    controller().AddRegionFromMasks("plant", pictures.ToViews(scene_->Masks(subject_.object)), {});
+    AddRegionFromMasks(controller(), "plant", pictures.ToViews(scene_->Masks(subject_.object)), {});
     QVERIFY(added.count() > 0 || added.wait(kWaitMs));
     const auto id = added.at(0).at(0).value<RegionId>();
     QString opened;

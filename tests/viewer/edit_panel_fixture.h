@@ -20,7 +20,7 @@ class EditPanelFixture : public PanelsFixture {
   // A region whose color was not chosen yet.
   bool AddPlain(const char* name = "new") {
     QSignalSpy added(&Controller(), &SceneController::regionAdded);
-    Controller().AddRegionFromMasks(name, MasksOf(scene_), ColorEdit());
+    AddRegionFromMasks(Controller(), name, MasksOf(scene_), ColorEdit());
     return QTest::qWaitFor([&] { return added.count() == 1; }, kWaitMs);
   }
   ColorEdit Edit(size_t region = 0) { return SessionRegions().regions[region].edit; }

@@ -95,8 +95,8 @@ class EditingTest : public ViewerTest {
     QTRY_VERIFY_WITH_TIMEOUT(!picture().isNull(), kWaitMs);
     const QImage photo = picture();
     QSignalSpy added(&controller(), &SceneController::regionAdded);
-    controller().AddRegionFromMasks("jug", scene_->Masks(subject.object),
-                                    ColorEdit::Tint({0.1F, 0.9F, 0.1F}));
+    AddRegionFromMasks(controller(), "jug", scene_->Masks(subject.object),
+                       ColorEdit::Tint({0.1F, 0.9F, 0.1F}));
     QTRY_COMPARE_WITH_TIMEOUT(added.count(), 1, kWaitMs);
     QTRY_VERIFY_WITH_TIMEOUT(picture() != photo, kWaitMs);
     // Green inside, as the picture of the whole view.
@@ -125,8 +125,8 @@ class EditingTest : public ViewerTest {
     // Only the last view has a mask, so that it comes first.
     const std::string name = last->data(Qt::UserRole).toString().toStdString();
     QSignalSpy added(&controller(), &SceneController::regionAdded);
-    controller().AddRegionFromMasks("jug", {{name, scene_->Masks(subject.object).at(name)}},
-                                    ColorEdit::Tint({0.1F, 0.9F, 0.1F}));
+    AddRegionFromMasks(controller(), "jug", {{name, scene_->Masks(subject.object).at(name)}},
+                       ColorEdit::Tint({0.1F, 0.9F, 0.1F}));
     QTRY_COMPARE_WITH_TIMEOUT(added.count(), 1, kWaitMs);
     QTRY_VERIFY_WITH_TIMEOUT(picture(list->item(0)) != first, kWaitMs);
     QTest::qWait(500);  // longer than the rest before the pictures on the screen are rendered
@@ -325,8 +325,8 @@ class EditingTest : public ViewerTest {
     dim.offset = {0.6F, 0, 0};
     const ColorEdit paint = ColorEdit::FromAffine(dim), green = ColorEdit::Tint({0.2F, 1, 0.2F});
     QSignalSpy added(&controller(), &SceneController::regionAdded);
-    controller().AddRegionFromMasks("paint", masks, paint);
-    controller().AddRegionFromMasks("green", masks, green);
+    AddRegionFromMasks(controller(), "paint", masks, paint);
+    AddRegionFromMasks(controller(), "green", masks, green);
     QTRY_COMPARE_WITH_TIMEOUT(added.count(), 2, kWaitMs);
     const RegionId first = controller().regions().regions[0].id;
     const RegionId second = controller().regions().regions[1].id;
@@ -371,7 +371,7 @@ class EditingTest : public ViewerTest {
     const auto masks = scene_->Masks(scene_->MostVisible().object);
     const std::string view = scene_->MostVisible().first;
     QSignalSpy added(&controller(), &SceneController::regionAdded);
-    controller().AddRegionFromMasks("jug", masks, ColorEdit::Tint({0.2F, 0.9F, 0.3F}));
+    AddRegionFromMasks(controller(), "jug", masks, ColorEdit::Tint({0.2F, 0.9F, 0.3F}));
     QTRY_COMPARE_WITH_TIMEOUT(added.count(), 1, kWaitMs);
     QTRY_VERIFY_WITH_TIMEOUT(!controller().ShowsOriginal(), kWaitMs);
     QSignalSpy written(&controller(), &SceneController::written);

@@ -137,8 +137,8 @@ class ExportsTest : public FilesFixture {
     const RegionId jug = AddTintedRegion();
     QVERIFY(jug != 0);
     QSignalSpy added(&controller(), &SceneController::regionAdded);
-    controller().AddRegionFromMasks("other", scene_->Masks(scene_->scene().still_life.back()),
-                                    ColorEdit::Tint({0.9F, 0.1F, 0.1F}));
+    AddRegionFromMasks(controller(), "other", scene_->Masks(scene_->scene().still_life.back()),
+                       ColorEdit::Tint({0.9F, 0.1F, 0.1F}));
     QTRY_COMPARE_WITH_TIMEOUT(added.count(), 1, kWaitMs);
     const auto colors = std::make_shared<FloatArray>();
     controller().Run(

@@ -30,8 +30,8 @@ class FilesFixture : public ViewerTest {
 
   bool AddRegion(const char* name) {
     QSignalSpy added(&controller(), &SceneController::regionAdded);
-    controller().AddRegionFromMasks(name, scene_->Masks(scene_->MostVisible().object),
-                                    ColorEdit::Tint({0.2F, 0.9F, 0.3F}));
+    AddRegionFromMasks(controller(), name, scene_->Masks(scene_->MostVisible().object),
+                       ColorEdit::Tint({0.2F, 0.9F, 0.3F}));
     return QTest::qWaitFor([&] { return added.count() == 1; }, kWaitMs);
   }
   bool Save(const fs::path& folder) {

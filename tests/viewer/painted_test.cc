@@ -122,7 +122,7 @@ class PaintedTest : public ViewerTest {
     opened_.clear();
     QVERIFY(ShowScene());
     QSignalSpy added(&controller(), &SceneController::regionAdded);
-    controller().AddRegionFromMasks("object", masks_, ColorEdit());
+    AddRegionFromMasks(controller(), "object", masks_, ColorEdit());
     QVERIFY(added.count() > 0 || added.wait(kWaitMs));
     QTest::keyClick(window_.get(), Qt::Key_1, Qt::AltModifier);
     QVERIFY(Click("mode_picture"));

@@ -49,10 +49,10 @@ class PanelsFixture : public QObject {
   }
   bool AddRegions() {
     QSignalSpy added(&Controller(), &SceneController::regionAdded);
-    Controller().AddRegionFromMasks("left", MasksOf(scene_), ColorEdit::Tint({0.2F, 0.4F, 1.0F}));
+    AddRegionFromMasks(Controller(), "left", MasksOf(scene_), ColorEdit::Tint({0.2F, 0.4F, 1.0F}));
     if (!QTest::qWaitFor([&] { return added.count() == 1; }, kWaitMs)) return false;
-    Controller().AddRegionFromMasks("right", OtherMasksOf(scene_),
-                                    ColorEdit::Tint({1.0F, 0.2F, 0.2F}));
+    AddRegionFromMasks(Controller(), "right", OtherMasksOf(scene_),
+                       ColorEdit::Tint({1.0F, 0.2F, 0.2F}));
     return QTest::qWaitFor([&] { return added.count() == 2; }, kWaitMs);
   }
   QPoint CellCenter(int row, int column) {

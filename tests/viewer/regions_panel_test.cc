@@ -180,7 +180,7 @@ class RegionsPanelTest : public PanelsFixture {
     Controller().SetAutomaticRefit(true);
     QSignalSpy optimizer(&Controller(), &SceneController::optimizerChanged);
     QSignalSpy added(&Controller(), &SceneController::regionAdded);
-    Controller().AddRegionFromMasks("new", MasksOf(scene_), ColorEdit());
+    AddRegionFromMasks(Controller(), "new", MasksOf(scene_), ColorEdit());
     QTRY_COMPARE_WITH_TIMEOUT(added.count(), 1, kWaitMs);
     QTest::qWait(1000);  // longer than the quiet after which a fit begins
     QCOMPARE(optimizer.count(), 0);

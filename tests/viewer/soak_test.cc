@@ -82,9 +82,9 @@ class SoakTest : public ViewerTest {
     if (what == 0 || (Regions().empty() && what < 10)) {
       if (Regions().size() >= kMostRegions) return true;
       const auto& objects = scene_->scene().still_life;
-      controller().AddRegionFromMasks("region",
-                                      scene_->Masks(objects[size_t(Below(int(objects.size())))]),
-                                      ColorEdit::Tint({Unit(), Unit(), Unit()}));
+      AddRegionFromMasks(controller(), "region",
+                         scene_->Masks(objects[size_t(Below(int(objects.size())))]),
+                         ColorEdit::Tint({Unit(), Unit(), Unit()}));
       return Settle(controller());
     }
     if (what >= 10 || Regions().empty()) {

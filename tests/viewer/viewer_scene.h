@@ -39,6 +39,18 @@ inline constexpr int kWaitMs = 600000;
 inline constexpr int kWaitMs = 60000;
 #endif
 
+// A region of masks alone, by image name: regionAdded() follows.
+inline void AddRegionFromMasks(SceneController& controller, const QString& name,
+                               std::map<std::string, Mask> masks, const ColorEdit& edit) {
+  const auto id = std::make_shared<RegionId>(0);
+  controller.Run(
+      "Adding a region",
+      [=, masks = std::move(masks)](EditSession& session, Monitor& monitor) {
+        *id = session.store().Add(name.toStdString(), masks, {}, edit, monitor);
+      },
+      [=, &controller] { Q_EMIT controller.regionAdded(*id); });
+}
+
 // Settings, data and pictures of the test's own, so that no test sees the user's or another's.
 inline void UseOwnFolders(const QString& folder) {
   qputenv("XDG_CONFIG_HOME", (folder + "/config").toLocal8Bit());
@@ -230,8 +242,8 @@ class ViewerTest : public QObject {
   // 0: it did not come to be, or does not show.
   RegionId AddTintedRegion() {
     QSignalSpy added(&controller(), &SceneController::regionAdded);
-    controller().AddRegionFromMasks("jug", scene_->Masks(scene_->scene().still_life.front()),
-                                    ColorEdit::Tint({0.2F, 0.9F, 0.3F}));
+    AddRegionFromMasks(controller(), "jug", scene_->Masks(scene_->scene().still_life.front()),
+                       ColorEdit::Tint({0.2F, 0.9F, 0.3F}));
     if (added.count() == 0 && !added.wait(kWaitMs)) return 0;
     const RegionId id = added.at(0).at(0).value<RegionId>();
     const bool shown = QTest::qWaitFor(

@@ -9,10 +9,10 @@
 #include "base/memory.h"
 #include "base/staged_output.h"
 #include "opening/photo_paint.h"
-#include "viewer/canvas/sh_composer.h"
 #include "viewer/scene/failure_text.h"
 #include "viewer/scene/post.h"
 #include "viewer/scene/scene_worker.h"
+#include "viewer/scene/sh_composer.h"
 
 namespace retint {
 namespace {
@@ -97,6 +97,7 @@ struct SceneController::State {
 };
 
 struct SceneController::Outcome {
+  TaskId task = 0;
   QString label;
   std::shared_ptr<EditSession> session;
   State state;
@@ -285,14 +286,16 @@ ShPointer SceneController::original_sh() const {
   return {facts_->original, &facts_->original->sh};
 }
 
-bool SceneController::Run(const QString& label, Work work, std::function<void()> done) {
-  return Queue(label, std::move(work), std::move(done)) != nullptr;
+SceneController::TaskId SceneController::Run(const QString& label, Work work,
+                                             std::function<void()> done) {
+  return Queue(label, std::move(work), std::move(done)) ? tasks_ : 0;
 }
 
 std::shared_ptr<Monitor> SceneController::Queue(const QString& label, Work work,
                                                 std::function<void()> done) {
   if (!session_) return nullptr;
   const auto outcome = std::make_shared<Outcome>();
+  outcome->task = ++tasks_;
   outcome->label = label;
   outcome->session = session_;
   outcome->done = std::move(done);
@@ -315,19 +318,19 @@ void SceneController::TaskDone(const Outcome& outcome) {
   if (outcome.session != session_) return;  // closed meanwhile
   Apply(outcome.state);
   if (outcome.error) {
-    ReportFailure(outcome.label, outcome.error);
+    ReportFailure(outcome);
   } else if (outcome.done) {
     outcome.done();
   }
 }
 
-void SceneController::ReportFailure(const QString& label, std::exception_ptr error) {
+void SceneController::ReportFailure(const Outcome& outcome) {
   try {
-    std::rethrow_exception(error);
+    std::rethrow_exception(outcome.error);
   } catch (const Cancelled&) {
-    Q_EMIT cancelled(label);
+    Q_EMIT cancelled(outcome.label, outcome.task);
   } catch (const std::exception& failure) {
-    Q_EMIT failed(label, FailureText(failure));
+    Q_EMIT failed(outcome.label, FailureText(failure), outcome.task);
   }
 }
 
@@ -346,11 +349,12 @@ void SceneController::Apply(const State& state) {
 
 // ---- Selection and regions
 
-void SceneController::SelectRound(Round round, std::function<void(RegionId)> done) {
+SceneController::TaskId SceneController::SelectRound(Round round,
+                                                     std::function<void(RegionId)> done) {
   const auto id = std::make_shared<RegionId>(round.base);
   const SelectOptions select = round.select;
   const ProjectorOptions project = round.project;
-  Run(
+  return Run(
       tr("Selecting"),
       [id, round = std::move(round)](EditSession& session, Monitor& monitor) {
         const Region* region = *id ? session.store().regions().Find(*id) : nullptr;
@@ -404,28 +408,16 @@ void SceneController::SelectAgain(RegionId id, const SelectOptions& select,
 
 void SceneController::SeeSelection(RegionId id, const PosedCamera& camera,
                                    std::shared_ptr<const LensPicture> lens) {
-  const auto mask = std::make_shared<Mask>();
-  Run(
+  Ask(
       tr("Projecting the selection"),
       [=](EditSession& session, Monitor&) {
         const Region* region = session.store().regions().Find(id);
         if (!region) throw Cancelled();  // deleted meanwhile
-        *mask = DrawThrough(lens.get(), camera, [&](const PosedCamera& face) {
+        return DrawThrough(lens.get(), camera, [&](const PosedCamera& face) {
           return session.selection().SeenFrom(*region->selection, face);
         });
       },
-      [=, this] { Q_EMIT selectionSeen(id, mask); });
-}
-
-void SceneController::AddRegionFromMasks(const QString& name, std::map<std::string, Mask> masks,
-                                         const ColorEdit& edit) {
-  const auto id = std::make_shared<RegionId>(0);
-  Run(
-      tr("Adding a region"),
-      [=, masks = std::move(masks)](EditSession& session, Monitor& monitor) {
-        *id = session.store().Add(name.toStdString(), masks, {}, edit, monitor);
-      },
-      [=, this] { Q_EMIT regionAdded(*id); });
+      [=, this](Mask mask) { Q_EMIT selectionSeen(id, std::make_shared<Mask>(std::move(mask))); });
 }
 
 void SceneController::Do(const RegionEdit& edit, const std::string& merge_key) {
@@ -439,10 +431,9 @@ void SceneController::Do(const RegionEdit& edit, const std::string& merge_key) {
 }
 
 void SceneController::Duplicate(RegionId id) {
-  const auto copy = std::make_shared<RegionId>(0);
-  Run(
-      {}, [=](EditSession& session, Monitor&) { *copy = session.store().Duplicate(id); },
-      [=, this] { Q_EMIT regionAdded(*copy); });
+  Ask(
+      {}, [=](EditSession& session, Monitor&) { return session.store().Duplicate(id); },
+      [this](RegionId copy) { Q_EMIT regionAdded(copy); });
 }
 
 void SceneController::Undo() {

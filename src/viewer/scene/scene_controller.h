@@ -160,9 +160,6 @@ class SceneController : public QObject {
   // FrameRequest.
   void SeeSelection(RegionId id, const PosedCamera& camera,
                     std::shared_ptr<const LensPicture> lens = nullptr);
-  // From masks alone, by image name.
-  void AddRegionFromMasks(const QString& name, std::map<std::string, Mask> masks,
-                          const ColorEdit& edit);
 
   const RegionSet& regions() const { return regions_; }
   const HistoryState& history() const { return history_; }
