@@ -278,15 +278,6 @@ def read_cameras(workspace):
     return views
 
 
-def depth_errors(found, truth, mask=None):
-    """Sorted relative errors where both have a depth, inside the mask."""
-    (_, _, found), (_, _, truth) = read_depth(found), read_depth(truth)
-    inside = b"".join(read_mask(mask)[2]) if mask else itertools.repeat(1)
-    return sorted(abs(f - t) / t for f, t, m in zip(found, truth, inside) if m and f > 0 and t > 0)
-
-
-# ---- Tables ----
-
 def quantile(ordered, share):
     return ordered[min(len(ordered) - 1, int(share * len(ordered)))] if ordered else None
 
