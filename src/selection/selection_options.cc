@@ -29,24 +29,10 @@ void CloudOptions::Describe(OptionList& list) {
 void CloudOptions::Check() const { CheckRanges(*this); }
 
 void RegistrationOptions::Describe(OptionList& list) {
-  list.push_back({.name = "margin",
-                  .member = &margin,
-                  .range = OptionRange::Closed(0, 1000),
-                  .help = "how far around the mask sparse points count",
-                  .unit = "pixels",
-                  .tier = OptionTier::kExpert});
-  list.push_back({.name = "min_points",
-                  .member = &min_points,
-                  .range = OptionRange::AtLeast(4),
-                  .help = "with fewer usable sparse points the cloud stays where it is"});
   list.push_back({.name = "heldout_fraction",
                   .member = &heldout_fraction,
                   .range = OptionRange::Between(0, 1),
                   .help = "share of the sparse points kept for checking the result"});
-  list.push_back({.name = "max_relative_depth",
-                  .member = &max_relative_depth,
-                  .range = OptionRange::Between(0, 1),
-                  .help = "sparse points further from the depth map than this are left out"});
   list.push_back(
       {.name = "registration_seed", .member = &seed, .help = "of the choice of points held out"});
 }
@@ -68,21 +54,6 @@ void ProjectorOptions::Describe(OptionList& list) {
                   .unit = "pixels",
                   .applies = "quads",
                   .tier = OptionTier::kExpert});
-  // The surfels are a part of the evidence of the gaussians too.
-  list.push_back({.name = "surfel_scale",
-                  .member = &surfel_scale,
-                  .range = OptionRange::AboveTo(0, 100),
-                  .help = "radius of a surfel, also as evidence for gaussians",
-                  .title = "Disc a point, pixels",
-                  .unit = "pixel footprints",
-                  .tier = OptionTier::kExpert});
-  list.push_back({.name = "close_radius",
-                  .member = &close_radius,
-                  .range = OptionRange::Closed(0, 100),
-                  .help = "closing of holes between surfels",
-                  .title = "Close holes, pixels",
-                  .unit = "pixels",
-                  .tier = OptionTier::kExpert});
   list.push_back({.name = "depth_tolerance",
                   .member = &depth_tolerance,
                   .range = OptionRange::Closed(0, 1),
@@ -103,10 +74,8 @@ void ProjectorOptions::Describe(OptionList& list) {
                   .tier = OptionTier::kExpert});
   list.push_back({.name = "completion",
                   .member = ChoiceOf(completion, {"off", "near", "all"}),
-                  .help =
-                      "sides that no painted view sees; off leaves them out, near finds those "
-                      "connected to the mask within five times its radius, all also finds other "
-                      "things that look the same",
+                  .help = "how far paint goes: off (this surface), near (the whole object) or all "
+                          "(also other things that look the same)",
                   .applies = "gaussians",
                   .tier = OptionTier::kEveryday});
   list.push_back({.name = "paint_slack",

@@ -9,6 +9,7 @@
 #include "editing/edit_session.h"
 #include "scene/mask_pixels.h"
 #include "selecting/paint_held.h"
+#include "selection/paint_reach.h"
 #include "tests/editing/tiny_session.h"
 #include "tests/support/iou.h"
 
@@ -68,6 +69,22 @@ TEST_F(SelectionRound, TheFirstRoundReachesEveryView) {
   ASSERT_EQ(selection.source.painted.size(), 1u);
   EXPECT_FALSE(selection.source.cloud.points.empty());
   EXPECT_GT(selection.Bytes(), selection.source.cloud.points.size() * sizeof(SelectionPoint));
+}
+
+TEST_F(SelectionRound, ExactPaintReachesLeast) {
+  const auto selected = [&](PaintReach reach) {
+    ProjectorOptions project;
+    SetReach(reach, &project);
+    const RegionSelection selection =
+        session_->selection().SelectRound(nullptr, Round(2, Truth(2)), select_, project, monitor_);
+    EXPECT_EQ(MaskOf(selection, 2).data, Truth(2).data) << "the painted view's mask is the paint";
+    size_t pixels = 0;
+    for (const auto& [name, mask] : selection.masks) pixels += CountInside(mask);
+    return pixels;
+  };
+  const size_t exact = selected(PaintReach::kExact);
+  EXPECT_LE(exact, selected(PaintReach::kSurface));
+  EXPECT_LT(exact, selected(PaintReach::kObject)) << "which has sides that nobody painted";
 }
 
 TEST_F(SelectionRound, SaysWhereAMaskHoldsLessThanHalfOfItsPaint) {

@@ -13,6 +13,7 @@
 #include <QSignalSpy>
 #include <QTemporaryDir>
 #include <QTest>
+#include <QToolButton>
 
 #include "synthetic/synthetic_scene.h"
 #include "synthetic/synthetic_workspace.h"
@@ -216,6 +217,36 @@ class SelectionModeTest : public QObject {
     QVERIFY(id != 0);
     QCOMPARE(SelectionOf(id)->source.painted.back().mask.data, shown.data);
     QCOMPARE(SelectionOf(id)->masks.at(Name(first_)).data, shown.data);
+  }
+
+  void HowFarPaintGoesIsOneClick() {
+    const auto button = [&](const char* name) { return mode_->findChild<QToolButton*>(name); };
+    QVERIFY(Enter(Entry(first_)));
+    QVERIFY(button("reachObject")->isChecked());  // the default
+    QTest::mouseClick(button("reachExact"), Qt::LeftButton);
+    QVERIFY(button("reachExact")->isChecked() && !button("reachObject")->isChecked());
+    QVERIFY(ReachOf(mode_->projector_options()) == PaintReach::kExact);
+    QVERIFY2(mode_->canvas().hasFocus(), "the next key means the canvas");
+    Paint(LeftHalf(Truth(first_)));
+    const Mask painted = mode_->canvas().editor().mask();
+    const RegionId exact = Accept();
+    QVERIFY(exact != 0);
+    QCOMPARE(SelectionOf(exact)->masks.at(Name(first_)).data, painted.data);
+
+    QVERIFY(Enter(Entry(first_)));
+    QVERIFY(button("reachExact")->isChecked());
+    QTest::mouseClick(button("reachObject"), Qt::LeftButton);
+    Paint(LeftHalf(Truth(first_)));
+    const RegionId object = Accept();
+    QVERIFY(object != 0);
+    QVERIFY(SelectionOf(object)->shares != SelectionOf(exact)->shares);
+    // Options that stand for no choice press no button.
+    ProjectorOptions quads;
+    quads.kind = ProjectorKind::kQuads;
+    mode_->SetProjectorOptions(quads);
+    for (const char* name : {"reachSurface", "reachObject", "reachExact"}) {
+      QVERIFY(!button(name)->isChecked());
+    }
   }
 
   void ALaterRoundExtendsFromAnotherViewAsOneStep() {

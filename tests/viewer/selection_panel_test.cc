@@ -164,15 +164,15 @@ class SelectionPanelTest : public ViewerTest {
     if (live->isChecked()) live->click();
     const auto before = Current().selection;
     QSignalSpy again(&controller(), &SceneController::selectedAgain);
-    Choose("projector", "quads");
+    Choose("selection_reach", "Exactly what I painted");
     QTest::qWait(1000);  // longer than the rest after which a live change is computed
     QVERIFY(Settle(controller()));
     QCOMPARE(again.count(), 0);
     QVERIFY(Current().selection == before);
     QTest::mouseClick(Find<QPushButton>("selection_again"), Qt::LeftButton);
     QVERIFY(Again(again));
-    QVERIFY(Current().selection->masks.at(subject_.first).data !=
-            before->masks.at(subject_.first).data);
+    QVERIFY(Current().selection->shares != before->shares);
+    QVERIFY(ReachOf(window_->selection().projector_options()) == PaintReach::kExact);
     live->click();
   }
 
@@ -183,6 +183,7 @@ class SelectionPanelTest : public ViewerTest {
     QVERIFY(OptionKey(Described(window_->selection().select_options())) ==
             OptionKey(Described(paper.select)));
     QVERIFY(window_->selection().projector_options().kind == ProjectorKind::kQuads);
+    QCOMPARE(Find<QComboBox>("selection_reach")->currentIndex(), -1);  // none of the three
     QVERIFY(OptionKey(Described(controller().refit_job())) == OptionKey(Described(paper.refit)));
     QCOMPARE(Find<QComboBox>("solver")->currentText(), QString("adam"));
     QVERIFY(!Find<QCheckBox>("stereo-hv.arbitrate")->isChecked());

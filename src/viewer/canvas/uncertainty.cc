@@ -52,7 +52,8 @@ void Uncertainty::Find() {
   }
   if (!selection->source.projector.Completes()) {
     return Q_EMIT refused(
-        tr("This selection was not completed, so that nothing in it is uncertain"));
+        tr("Nothing is uncertain: only what you painted is selected. Choose \"The whole object\" "
+           "to select sides that you did not see"));
   }
   asked_ = selection->id;
   const auto found = std::make_shared<Found>();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <QCheckBox>
 #include <QComboBox>
@@ -26,7 +27,7 @@ QString WithCapital(QString text) {
   return text;
 }
 
-// "margin" of 12 pixels: "Margin, pixels".
+// "quad_side" of 3 pixels: "Quad side, pixels".
 QString LabelOf(const Option& option) {
   if (!option.title.empty()) return Text(option.title);
   const QString label = WithCapital(Text(option.Label()));
@@ -77,7 +78,8 @@ QSpinBox* MakeWholeBox(const OptionRange& range) {
 
 }  // namespace
 
-OptionForm::OptionForm(QWidget* parent) : QWidget(parent) {
+OptionForm::OptionForm(std::vector<std::string> without, QWidget* parent)
+    : QWidget(parent), without_(std::move(without)) {
   form_ = new QFormLayout(this);
   form_->setContentsMargins(0, 6, 0, 0);
   form_->setFieldGrowthPolicy(QFormLayout::AllNonFixedFieldsGrow);
@@ -95,6 +97,7 @@ void OptionForm::Show(const OptionList& list) {
 void OptionForm::AddRow(const Option& option, size_t index) {
   controls_.push_back(nullptr);
   if (option.tier == OptionTier::kRare) return;
+  if (std::ranges::find(without_, option.name) != without_.end()) return;
   QWidget* control = nullptr;
   if (std::holds_alternative<bool*>(option.member)) {
     auto* box = new QCheckBox(LabelOf(option));

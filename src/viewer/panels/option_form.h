@@ -3,6 +3,7 @@
 // offers too. Rows that do not matter at the current choices are hidden.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include <QWidget>
@@ -17,7 +18,8 @@ class OptionForm : public QWidget {
   Q_OBJECT
 
  public:
-  explicit OptionForm(QWidget* parent = nullptr);
+  // Options of the names in `without` get no row: the owner shows them in its own way.
+  explicit OptionForm(std::vector<std::string> without = {}, QWidget* parent = nullptr);
   // Shows the values; the first call makes the rows. Later lists are of the same options.
   void Show(const OptionList& list);
   QFormLayout* form() const { return form_; }  // for rows of the owner's below these
@@ -30,6 +32,7 @@ class OptionForm : public QWidget {
   void AddRow(const Option& option, size_t index);
   void ShowValue(QWidget* control, const Option& option);
 
+  std::vector<std::string> without_;
   QFormLayout* form_;
   std::vector<QWidget*> controls_;  // one an option; null: it has no row
 };

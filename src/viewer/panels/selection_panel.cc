@@ -17,6 +17,7 @@
 #include "viewer/panels/option_form.h"
 #include "viewer/scene/current_region.h"
 #include "viewer/scene/scene_controller.h"
+#include "viewer/selection/reach_choice.h"
 #include "viewer/selection/selection_mode.h"
 #include "viewer/window/long_text.h"
 
@@ -79,6 +80,14 @@ SelectionPanel::SelectionPanel(SceneController* controller, SelectionMode* mode,
   preset_->setToolTip(
       tr("Retint: the defaults. Paper: as ReCoGS was published, with its solver and its targets in "
          "the Optimizer panel"));
+  reach_ = new QComboBox;
+  reach_->setObjectName("selection_reach");
+  reach_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
+  for (const PaintReach reach : kReaches) {
+    reach_->addItem(ReachText(reach));
+    reach_->setItemData(reach_->count() - 1, ReachTip(reach), Qt::ToolTipRole);
+  }
+  reach_->setToolTip(tr("How far paint goes, as in the bar above the view that you paint"));
   live_ = new QCheckBox(tr("Select &live"));
   live_->setObjectName("selection_live");
   live_->setToolTip(tr("A change selects the current region again, and shows its points"));
@@ -90,12 +99,15 @@ SelectionPanel::SelectionPanel(SceneController* controller, SelectionMode* mode,
   result_ = new QLabel;
   result_->setObjectName("selection_result");
   result_->setWordWrap(true);
-  form_ = new OptionForm;
+  form_ = new OptionForm({"projector", "completion"});  // reach_ stands for both
   form_->setObjectName("selection_options");
   auto* top = new QFormLayout;
   auto* label = new QLabel(tr("Pre&set"));
   label->setBuddy(preset_);
   top->addRow(label, preset_);
+  label = new QLabel(tr("Paint selects"));
+  label->setBuddy(reach_);
+  top->addRow(label, reach_);
   auto* line = new QHBoxLayout;
   line->addWidget(live_, 1);
   line->addWidget(again_);
@@ -111,6 +123,8 @@ SelectionPanel::SelectionPanel(SceneController* controller, SelectionMode* mode,
   connect(&rest_, &QTimer::timeout, this, [this] { SelectAgain(changed_of_); });
   connect(form_, &OptionForm::edited, this, &SelectionPanel::TakeOption);
   connect(preset_, &QComboBox::activated, this, &SelectionPanel::TakePreset);
+  connect(reach_, &QComboBox::activated, this, &SelectionPanel::TakeReach);
+  connect(mode_, &SelectionMode::reachChanged, this, &SelectionPanel::ShowOptions);
   connect(again_, &QPushButton::clicked, this, [this] { SelectAgain(current_->id()); });
   connect(live_, &QCheckBox::toggled, this,
           [](bool on) { QSettings().setValue("selection_live", on); });
@@ -142,6 +156,8 @@ void SelectionPanel::ShowOptions() {
     if (OptionKey(Described(preset)) == key) shown = i;
   }
   preset_->setCurrentIndex(shown);
+  const auto reach = ReachOf(settings.project);
+  reach_->setCurrentIndex(reach ? int(std::ranges::find(kReaches, *reach) - kReaches) : -1);
 }
 
 void SelectionPanel::ShowRegion() {
@@ -205,6 +221,13 @@ void SelectionPanel::TakePreset(int index) {
   const EditOptions preset = PresetOptions(name);
   SetOptions({preset.select, preset.projector});
   controller_->SetRefitJob(preset.refit);
+  Changed();
+}
+
+void SelectionPanel::TakeReach(int index) {
+  Settings settings = Of(*mode_);
+  SetReach(kReaches[index], &settings.project);
+  SetOptions({settings.select, settings.project});
   Changed();
 }
 

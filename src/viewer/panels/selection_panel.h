@@ -47,6 +47,7 @@ class SelectionPanel : public QWidget {
   void ShowRegion();
   void TakeOption(size_t index, const OptionValue& value);
   void TakePreset(int index);
+  void TakeReach(int index);
   void Changed();
   void SelectAgain(RegionId id);
 
@@ -54,7 +55,7 @@ class SelectionPanel : public QWidget {
   SelectionMode* mode_;  // holds the options, for its next Accept()
   Canvas* canvas_;
   CurrentRegion* current_;
-  QComboBox* preset_;
+  QComboBox *preset_, *reach_;
   QCheckBox* live_;
   QPushButton* again_;
   QLabel* result_;

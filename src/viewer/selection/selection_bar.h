@@ -20,6 +20,7 @@ class QToolButton;
 
 namespace retint {
 
+class ReachChoice;
 class SelectionCanvas;
 class WrapLayout;
 enum class SelectionTool;
@@ -52,6 +53,7 @@ class ToolStrip : public QFrame {
 
  public:
   explicit ToolStrip(SelectionCanvas* canvas, QWidget* parent = nullptr);
+  ReachChoice& reach() { return *reach_; }
 
  protected:
   void changeEvent(QEvent* event) override;
@@ -68,6 +70,7 @@ class ToolStrip : public QFrame {
   WrapLayout* layout_;
   QWidget* buttons_;
   QButtonGroup* tools_;
+  ReachChoice* reach_;
   SliderBox *size_, *hardness_, *tolerance_, *edge_, *normal_, *margin_, *opacity_;
 };
 

@@ -19,6 +19,7 @@
 #include "opening/photo_paint.h"
 #include "selecting/view_mask.h"
 #include "selection/view_depth.h"
+#include "viewer/selection/reach_choice.h"
 #include "viewer/selection/selection_bar.h"
 
 namespace retint {
@@ -149,6 +150,12 @@ SelectionMode::SelectionMode(SceneController* controller, QWidget* parent)
   rows->addLayout(row);
   progress_->hide();
 
+  SetProjectorOptions(project_);
+  connect(&tools_->reach(), &ReachChoice::chosen, this, [this](PaintReach reach) {
+    SetReach(reach, &project_);
+    canvas_->setFocus();
+    Q_EMIT reachChanged();
+  });
   connect(stop_, &QPushButton::clicked, this, &SelectionMode::Leave);
   connect(canvas_, &SelectionCanvas::acceptRequested, this, &SelectionMode::Accept);
   connect(canvas_, &SelectionCanvas::leaveRequested, this, &SelectionMode::Leave);
@@ -174,6 +181,11 @@ SelectionMode::SelectionMode(SceneController* controller, QWidget* parent)
     Q_EMIT left();
   });
   SetState(State::kIdle);
+}
+
+void SelectionMode::SetProjectorOptions(const ProjectorOptions& options) {
+  project_ = options;
+  tools_->reach().Show(ReachOf(project_));
 }
 
 QString SelectionMode::message() const { return actions_->message(); }

@@ -11,6 +11,7 @@
 #include <QString>
 #include <QWidget>
 
+#include "selection/paint_reach.h"
 #include "viewer/canvas/render_thread.h"
 #include "viewer/scene/scene_controller.h"
 #include "viewer/selection/selection_canvas.h"
@@ -67,9 +68,10 @@ class SelectionMode : public QWidget {
   const SelectOptions& select_options() const { return select_; }
   const ProjectorOptions& projector_options() const { return project_; }
   void SetSelectOptions(const SelectOptions& options) { select_ = options; }
-  void SetProjectorOptions(const ProjectorOptions& options) { project_ = options; }
+  void SetProjectorOptions(const ProjectorOptions& options);
 
  Q_SIGNALS:
+  void reachChanged();                 // projector_options(), by the choice in the tool strip
   void ready();                        // the view can be painted
   void accepted(retint::RegionId id);  // a region was made or changed; the mode is over
   void left();                         // without a change
