@@ -190,13 +190,27 @@ void CheckArguments(const Arguments& arguments) {
   CheckPicture(arguments.output);
 }
 
+// Whose outline strokes have, where the scene has another one than the view alone.
+void PrintWhose(const std::optional<SceneAnswer>& asked, const Run& run) {
+  if (!asked || asked->changed < SceneAnswer::kNoticed) return;
+  if (!asked->may_stand) {
+    run.Print("the other views show another outline there: yours was kept");
+    return;
+  }
+  run.Print(
+      fmt::format("the other views decided {:.0f} % of the outline, which your strokes left "
+                  "open; --this-view-alone keeps what this view shows",
+                  100 * asked->changed));
+}
+
 void MakeMask(const Arguments& arguments, Run& run) {
   CheckArguments(arguments);
   const auto session = OpenSession(arguments.scene, 0, run);
   const Pictures pictures = session->scene().pictures();
   const UserPicture& view = pictures.RequireOne(arguments.view);
-  const Mask mask =
-      MakeViewMask(session->selection(), view, ToRequest(arguments, pictures, view), run.monitor());
+  std::optional<SceneAnswer> asked;
+  const Mask mask = MakeViewMask(session->selection(), view, ToRequest(arguments, pictures, view),
+                                 run.monitor(), &asked);
   WarnOfMismatch({arguments.view}, *session, run);
   const size_t inside = CountInside(mask);
   StagedOutput staged;
@@ -212,6 +226,7 @@ void MakeMask(const Arguments& arguments, Run& run) {
   run.Print(fmt::format("wrote a mask of {:.2f} % of view {} to {}",
                         100.0 * double(inside) / double(mask.NumPixels()), view.name,
                         arguments.output.string()));
+  PrintWhose(asked, run);
 }
 
 }  // namespace

@@ -17,26 +17,9 @@
 namespace retint {
 namespace {
 
-// `mask` with what is `undecided` in it decided by the Gaussians; as it is where they cannot, since
-// no pixel that is decided has depth or the selection would be empty, and where their answer must
-// not stand for it (MayStandFor()).
-Mask Decided(SelectionPipeline& selection, const UserPicture& picture, const Mask& mask,
-             const Mask& undecided, Monitor& monitor) {
-  PaintedView painted{picture.name, PosedPicture(selection.scene().workspace(), picture), mask,
-                      undecided};
-  for (uint8_t& value : painted.seen.data) value = IsInside(value) ? 0 : 255;
-  try {
-    const auto masks = selection.Decide({std::move(painted)}, picture.faces, monitor);
-    Mask decided = selection.scene().pictures().ComposeMask(
-        picture, [&](const View& face) { return masks.at(face.name); });
-    return MayStandFor(mask, decided) ? decided : mask;
-  } catch (const InputError&) {
-    return mask;
-  }
-}
-
 Mask Scribbled(SelectionPipeline& selection, const UserPicture& picture,
-               const ViewMaskRequest& request, const ViewLayers& layers, Monitor& monitor) {
+               const ViewMaskRequest& request, const ViewLayers& layers, Monitor& monitor,
+               std::optional<SceneAnswer>* asked) {
   if (request.this_view_alone) {
     return MaskFromScribbles(layers, request.inside, request.outside, monitor);
   }
@@ -45,7 +28,9 @@ Mask Scribbled(SelectionPipeline& selection, const UserPicture& picture,
   const bool any = std::any_of(undecided.data.begin(), undecided.data.end(),
                                [](uint8_t value) { return value > 0; });
   if (!any) return mask;
-  mask = Decided(selection, picture, mask, undecided, monitor);
+  auto answer = AskScene(selection, picture, mask, undecided, monitor);
+  if (answer && answer->may_stand) mask = answer->mask;
+  if (asked) *asked = std::move(answer);
   for (size_t p = 0; p < mask.data.size(); ++p) {  // strokes are proof
     if (IsInside(request.inside.data[p])) mask.data[p] = 255;
     if (!request.outside.Empty() && IsInside(request.outside.data[p])) mask.data[p] = 0;
@@ -54,9 +39,11 @@ Mask Scribbled(SelectionPipeline& selection, const UserPicture& picture,
 }
 
 Mask Selected(SelectionPipeline& selection, const UserPicture& picture,
-              const ViewMaskRequest& request, const ViewLayers& layers, Monitor& monitor) {
+              const ViewMaskRequest& request, const ViewLayers& layers, Monitor& monitor,
+              std::optional<SceneAnswer>* asked) {
   if (!request.mask.Empty()) return request.mask;
-  if (!request.inside.Empty()) return Scribbled(selection, picture, request, layers, monitor);
+  if (!request.inside.Empty())
+    return Scribbled(selection, picture, request, layers, monitor, asked);
   if (request.wand) return MagicWand(layers, *request.wand);
   if (!request.scissors.empty()) return CutOut(layers.color, request.scissors);
   return {layers.color.width, layers.color.height, 255};
@@ -107,7 +94,8 @@ ViewLayers LayersOf(OpenScene& scene, const UserPicture& picture, std::span<cons
 }
 
 Mask MakeViewMask(SelectionPipeline& selection, const UserPicture& picture,
-                  const ViewMaskRequest& request, Monitor& monitor) {
+                  const ViewMaskRequest& request, Monitor& monitor,
+                  std::optional<SceneAnswer>* asked) {
   request.Check();
   for (const Mask* drawn : {&request.mask, &request.inside, &request.outside}) {
     if (drawn->Empty()) continue;
@@ -117,7 +105,7 @@ Mask MakeViewMask(SelectionPipeline& selection, const UserPicture& picture,
   }
   const ViewLayers layers =
       LayersOf(selection.scene(), picture, selection.scene().original().sh, request.photo);
-  Mask mask = Kept(request, layers, Selected(selection, picture, request, layers, monitor));
+  Mask mask = Kept(request, layers, Selected(selection, picture, request, layers, monitor, asked));
   if (request.snap_edge > 0) mask = RefineEdge(layers, mask, request.snap_edge, monitor);
   if (!AnyInside(mask)) {
     throw InputError("no pixel of view " + picture.name + " is selected");

@@ -12,6 +12,7 @@
 
 #include "base/monitor.h"
 #include "scene/image.h"
+#include "selecting/scene_answer.h"
 #include "selecting/selection_pipeline.h"
 #include "selection/mask_tools/pixel_tools.h"
 
@@ -41,7 +42,7 @@ struct ViewMaskRequest {
   std::optional<Like> like;
 
   // Strokes: what this view alone does not decide stays as its colors and edges have it, instead
-  // of being decided by the Gaussians, which all views show (SelectionPipeline::Decide()).
+  // of being decided by the Gaussians, which all views show (AskScene()).
   bool this_view_alone = false;
   int snap_edge = 0;  // pixels, 0: the border stays; see RefineEdge()
   bool photo = false;   // edges and colors are read in the photo, not in the render
@@ -56,9 +57,11 @@ struct ViewMaskRequest {
 ViewLayers LayersOf(OpenScene& scene, const UserPicture& picture, std::span<const float> sh,
                     bool photo = false);
 
-// The picture's mask, soft, 128 and above is inside. InputError when no pixel is selected; else as
-// the tools (selection/mask_tools).
+// The picture's mask, soft, 128 and above is inside. `asked`, where not null, gets what the scene
+// said of strokes that left something open; their mask is the scene's if that may stand for it.
+// InputError when no pixel is selected; else as the tools (selection/mask_tools).
 Mask MakeViewMask(SelectionPipeline& selection, const UserPicture& picture,
-                  const ViewMaskRequest& request, Monitor& monitor);
+                  const ViewMaskRequest& request, Monitor& monitor,
+                  std::optional<SceneAnswer>* asked = nullptr);
 
 }  // namespace retint

@@ -19,7 +19,9 @@
 #include "synthetic/synthetic_workspace.h"
 #include "tests/support/iou.h"
 #include "tests/viewer/viewer_scene.h"
+#include "viewer/selection/scene_question.h"
 #include "viewer/selection/stroke_preview.h"
+#include "viewer/widgets/banner.h"
 
 namespace retint {
 
@@ -59,6 +61,21 @@ class SelectionModeTest : public QObject {
       for (int x = (low + high) / 2; x < mask.width; ++x) half(x, y) = 0;
     }
     return half;
+  }
+
+  // Its longest row, which is an even one or one below.
+  static Mask OneRow(const Mask& mask) {
+    Mask line(mask.width, mask.height);
+    int longest = 0;
+    for (int y = 0; y < mask.height; ++y) {
+      const auto row = mask.data.begin() + std::ptrdiff_t(mask.Index(0, y));
+      const auto count = int(std::count(row, row + mask.width, uint8_t{255}));
+      if (count <= longest) continue;
+      longest = count;
+      line = Mask(mask.width, mask.height);
+      std::copy(row, row + mask.width, &line(0, y - y % 2));
+    }
+    return line;
   }
 
   // Over the views in which the object takes at least a hundred pixels.
@@ -199,24 +216,56 @@ class SelectionModeTest : public QObject {
     QVERIFY(Enter(Entry(first_)));
     SelectionCanvas& canvas = mode_->canvas();
     QTest::keyClick(&canvas, Qt::Key_S);
-    const Mask half = LeftHalf(Truth(first_));
-    Mask line(half.width, half.height);  // the longest row of the half
-    int longest = 0;
-    for (int y = 0; y < half.height; ++y) {
-      const auto row = half.data.begin() + std::ptrdiff_t(half.Index(0, y));
-      const auto count = int(std::count(row, row + half.width, uint8_t{255}));
-      if (count <= longest) continue;
-      longest = count;
-      line = Mask(half.width, half.height);
-      std::copy(row, row + half.width, &line(0, y - y % 2));
-    }
-    PaintRows(canvas, line);
+    PaintRows(canvas, OneRow(LeftHalf(Truth(first_))));
     QVERIFY(QTest::qWaitFor([&] { return !canvas.IsFinding(); }, kWait));
     const Mask shown = canvas.editor().mask();
     const RegionId id = Accept();
     QVERIFY(id != 0);
     QCOMPARE(SelectionOf(id)->source.painted.back().mask.data, shown.data);
     QCOMPARE(SelectionOf(id)->masks.at(Name(first_)).data, shown.data);
+  }
+
+  // The user's outline holds, with or without an answer, unless the user takes the scene's.
+  void TheSceneAsksBeforeItChangesAnOutline() {
+    QVERIFY(Enter(Entry(first_)));
+    SelectionCanvas& canvas = mode_->canvas();
+    QTest::keyClick(&canvas, Qt::Key_S);
+    PaintRows(canvas, OneRow(Truth(first_)));
+    QVERIFY(QTest::qWaitFor([&] { return !canvas.IsFinding(); }, kWait));
+    const Mask mine = canvas.editor().mask();
+    SceneAnswer answer;
+    answer.mask = LeftHalf(Truth(first_));
+    answer.differs = OutlinesDiffer(mine, answer.mask);
+    answer.changed = 0.3, answer.may_stand = true;
+    SceneQuestion& question = mode_->question();
+    const auto click = [&](const char* name) {
+      QTest::mouseClick(question.banner().findChild<QPushButton*>(name), Qt::LeftButton);
+    };
+    question.AskTheUser(answer);
+    QVERIFY(question.IsAsking() && question.banner().text().contains("30 %"));
+    QCOMPARE(canvas.hatched().data, answer.differs.data);
+    QCOMPARE(canvas.editor().mask().data, mine.data);
+    click("banner_answer0");
+    QVERIFY(!question.IsAsking() && canvas.hatched().Empty());
+    QCOMPARE(canvas.editor().mask().data, mine.data);
+
+    question.AskTheUser(answer);
+    click("banner_answer1");
+    QVERIFY(!question.IsAsking() && canvas.hatched().Empty());
+    QCOMPARE(canvas.editor().mask().data, answer.mask.data);
+    QTest::keyClick(&canvas, Qt::Key_Z, Qt::ControlModifier);
+    QCOMPARE(canvas.editor().mask().data, mine.data);
+
+    // Another stroke withdraws the question; accepting means one's own outline.
+    question.AskTheUser(answer);
+    QTest::keyClick(&canvas, Qt::Key_G);
+    QVERIFY(!question.IsAsking());
+    const Mask grown = canvas.editor().mask();
+    question.AskTheUser(answer);
+    const RegionId id = Accept();
+    QVERIFY(id != 0);
+    QVERIFY(!question.IsAsking());
+    QCOMPARE(SelectionOf(id)->masks.at(Name(first_)).data, grown.data);
   }
 
   void HowFarPaintGoesIsOneClick() {

@@ -114,4 +114,24 @@ QImage ComposeVeil(const Mask& veil, const Mask& mask, const ImageTransform& tra
   return overlay;
 }
 
+QImage ComposeHatching(const Mask& mask, const ImageTransform& transform, const QRect& rect,
+                       const QColor& color, double ratio) {
+  constexpr double kPeriod = 10, kDark = 0.2, kLight = 0.5;  // pixels; of a period, from its start
+  QImage overlay(rect.size(), QImage::Format_ARGB32_Premultiplied);
+  if (rect.isEmpty()) return overlay;
+  overlay.fill(Qt::transparent);
+  MaskRows rows(mask, transform, rect);
+  for (int j = 0; j < rect.height(); ++j) {
+    rows.Next();
+    auto* out = reinterpret_cast<QRgb*>(overlay.scanLine(j));
+    for (int i = 0; i < rect.width(); ++i) {
+      if (!rows.Inside(i)) continue;
+      const double periods = (rect.x() + i + rect.y() + j) / (kPeriod * ratio);
+      const double at = periods - std::floor(periods);
+      if (at < kLight) out[i] = at < kDark ? qRgba(0, 0, 0, 255) : color.rgba();
+    }
+  }
+  return overlay;
+}
+
 }  // namespace retint

@@ -28,4 +28,9 @@ QImage ComposeOverlay(const Mask& mask, const ImageTransform& transform, const Q
 QImage ComposeVeil(const Mask& veil, const Mask& mask, const ImageTransform& transform,
                    const QRect& rect, const OverlayStyle& style);
 
+// Slanted lines of `color`, dark ones beside them, where `mask` is inside; 10 device pixels apart
+// for each of `ratio`.
+QImage ComposeHatching(const Mask& mask, const ImageTransform& transform, const QRect& rect,
+                       const QColor& color, double ratio);
+
 }  // namespace retint

@@ -50,6 +50,7 @@ void SelectionCanvas::SetView(const QImage& image, ViewLayers layers, Mask mask)
   CancelDrawing();
   ForgetScribbles();
   veil_->Clear();
+  hatched_ = {};
   const bool same_size = image.size() == image_.size();
   image_ = image.convertToFormat(QImage::Format_RGB32);
   layers_ = std::make_shared<const ViewLayers>(std::move(layers));
@@ -66,6 +67,7 @@ void SelectionCanvas::ShowPicture(const QImage& image) {
   CancelDrawing();
   ForgetScribbles();
   veil_->Clear();
+  hatched_ = {};
   ready_ = false;
   image_ = image.convertToFormat(QImage::Format_RGB32);
   layers_.reset();
@@ -73,6 +75,12 @@ void SelectionCanvas::ShowPicture(const QImage& image) {
   FitView();
   UpdateCursor();
   Q_EMIT edited();
+}
+
+void SelectionCanvas::SetHatched(Mask where) {
+  if (where.Empty() && hatched_.Empty()) return;
+  hatched_ = std::move(where);
+  update();
 }
 
 void SelectionCanvas::Edited(const PixelRect& changed) {

@@ -39,6 +39,14 @@ class SelectionCanvas : public QWidget {
   MaskEditor& editor() { return editor_; }
   const MaskEditor& editor() const { return editor_; }
   SelectionVeil& veil() { return *veil_; }  // under the overlay
+  // Laid over everything in lines, in a color that stands out from the overlay's; no pixels: none.
+  void SetHatched(Mask where);
+  const Mask& hatched() const { return hatched_; }
+  // Pixels that the outline of the strokes leaves open (MaskFromScribbles()), 255, as long as it
+  // shows as it was found; null: none.
+  std::shared_ptr<const Mask> undecided() const {
+    return applied_ != 0 && applied_ == undecided_of_ ? undecided_ : nullptr;
+  }
   // Repaints what an edit changed and tells everyone; what is still being found is given up. Every
   // edit made from outside ends here.
   void Edited(const PixelRect& changed);
@@ -153,6 +161,9 @@ class SelectionCanvas : public QWidget {
   Mask under_scribbles_;                      // what they add to; may be empty
   uint64_t gesture_ = 0;                      // the newest
   uint64_t applied_ = 0;  // the newest step of the history is what was found for it
+  std::shared_ptr<const Mask> undecided_;
+  uint64_t undecided_of_ = 0;  // which gesture's outline leaves that open
+  Mask hatched_;
   OutlineFinder* finder_;
   SelectionVeil* veil_;
   std::optional<QPointF> cursor_;  // over the widget

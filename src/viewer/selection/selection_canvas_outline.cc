@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "scene/mask_pixels.h"
 #include "selection/depth_sampling.h"
 #include "selection/mask_tools/scissors.h"
 #include "selection/mask_tools/scribbles.h"
@@ -199,14 +200,20 @@ void SelectionCanvas::FindScribbled() {
       std::all_of(scribbles_.begin(), scribbles_.end(),
                   [](const Scribble& scribble) { return scribble.found || scribble.outside; });
   const Mask most = takes_away && scribbles_.front().found ? editor_.mask() : Mask();
+  const auto undecided = std::make_shared<Mask>();  // read once what was found shows
+  undecided_ = undecided;
+  undecided_of_ = gesture;
   Find(gesture, Combine::kReplace,
-       [layers = layers_, inside, outside, most, under = under_scribbles_](Monitor& monitor) {
-         Mask mask = MaskFromScribbles(*layers, inside, outside, monitor);
+       [layers = layers_, inside, outside, most, under = under_scribbles_,
+        undecided](Monitor& monitor) {
+         Mask mask = MaskFromScribbles(*layers, inside, outside, monitor, undecided.get());
          for (size_t p = 0; p < most.data.size(); ++p) {
            mask.data[p] = std::min(mask.data[p], most.data[p]);
+           if (!IsInside(most.data[p])) undecided->data[p] = 0;  // it was taken away
          }
          for (size_t p = 0; p < under.data.size(); ++p) {
            mask.data[p] = std::max(mask.data[p], under.data[p]);
+           if (IsInside(under.data[p])) undecided->data[p] = 0;  // it was selected before
          }
          return mask;
        });

@@ -9,6 +9,7 @@
 #include <QPainter>
 #include <QPolygonF>
 
+#include "viewer/canvas/contrast.h"
 #include "viewer/selection/selection_canvas.h"
 
 namespace retint {
@@ -89,6 +90,9 @@ void SelectionCanvas::PaintOverlay(QPainter& painter, const QRect& clip) {
     painter.setOpacity(1);
   }
   lay(ComposeOverlay(editor_.mask(), to_device, device, style_));
+  if (!hatched_.Empty()) {
+    lay(ComposeHatching(hatched_, to_device, device, ContrastingColor(style_.color), ratio));
+  }
 }
 
 void SelectionCanvas::PaintDrawing(QPainter& painter) const {

@@ -20,6 +20,7 @@
 #include "selecting/view_mask.h"
 #include "selection/view_depth.h"
 #include "viewer/selection/reach_choice.h"
+#include "viewer/selection/scene_question.h"
 #include "viewer/selection/selection_bar.h"
 
 namespace retint {
@@ -129,6 +130,7 @@ SelectionMode::SelectionMode(SceneController* controller, QWidget* parent)
   layout->addWidget(canvas_, 1);
   layout->addWidget(actions_);
   setFocusProxy(canvas_);
+  question_ = new SceneQuestion(controller_, this);
 
   auto* progress = new QFrame(this);
   progress->setFrameShape(QFrame::StyledPanel);
@@ -199,6 +201,7 @@ void SelectionMode::SetState(State state) {
   state_ = state;
   const bool painting = state == State::kPainting;
   canvas_->SetPaintable(painting);
+  if (!painting) question_->Withdraw();
   tools_->setEnabled(painting);
   actions_->SetPaintable(painting);
   progress_->setVisible(state == State::kComputing);

@@ -23,6 +23,7 @@ class QPushButton;
 namespace retint {
 
 class ActionStrip;
+class SceneQuestion;
 class ToolStrip;
 
 // A region's cloud as the scene's canvas draws it; null when it has none. Points that would cover
@@ -57,6 +58,7 @@ class SelectionMode : public QWidget {
   State state() const { return state_; }
   const SelectionEntry& entry() const { return entry_; }
   SelectionCanvas& canvas() { return *canvas_; }
+  SceneQuestion& question() { return *question_; }
   QString message() const;
   // Whether there are strokes that were not accepted, also of a view that was left. Entering
   // anywhere else gives them up.
@@ -100,6 +102,7 @@ class SelectionMode : public QWidget {
   ToolStrip* tools_;
   SelectionCanvas* canvas_;
   ActionStrip* actions_;
+  SceneQuestion* question_;
   QWidget* progress_;
   QLabel* stage_;
   QProgressBar* bar_;
