@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
 #include <Eigen/Core>
 
 #include "base/error.h"
@@ -104,12 +105,22 @@ FinerSession MakeFinerSession(EditSession& session, RegionId id, const RefineOpt
   return {WithFinerGaussians(session, std::move(refined.finer), splat, monitor), refined.summary};
 }
 
-double PaintOnLargeGaussians(const Region& region, const OpenScene& scene) {
+std::string PaintDetail::Problem() const {
+  return fmt::format("{:.0f} % of the paint is on Gaussians too large for stripes or letters",
+                     100 * on_large);
+}
+
+std::string PaintDetail::Gain() const {
+  return fmt::format("details would be about {:.0f} times as fine",
+                     std::max(2.0, pixels / RefineOptions().pixels));
+}
+
+PaintDetail DetailOfPaint(const Region& region, const OpenScene& scene) {
   const GaussianPaint* const paint = PaintOf(region);
-  if (!paint) return 0;
+  if (!paint) return {};
   const std::vector<PosedCamera> cameras = LayerCameras(region.edit, scene.workspace());
   const GaussianModel& model = scene.original();
-  double on_large = 0, all = 0;
+  double on_large = 0, all = 0, lengths = 0;
   for (const PaintedGaussian& gaussian : paint->gaussians) {
     const auto g = static_cast<size_t>(gaussian.index);
     const Eigen::Vector3d mean = Eigen::Vector3f(&model.means[3 * g]).cast<double>();
@@ -121,9 +132,12 @@ double PaintOnLargeGaussians(const Region& region, const OpenScene& scene) {
     const double opacity = 1 / (1 + std::exp(-static_cast<double>(model.opacity_logits[g])));
     const double shows = gaussian.alpha * opacity * deviations[2] * deviations[1];
     all += shows;
-    if (deviations[2] > kLargePixels) on_large += shows;
+    if (deviations[2] <= kLargePixels) continue;
+    on_large += shows;
+    lengths += shows * deviations[2];
   }
-  return all > 0 ? on_large / all : 0;
+  if (on_large <= 0) return {};
+  return {on_large / all, lengths / on_large};
 }
 
 }  // namespace retint

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
 
 #include "editing/edit_session.h"
 #include "recolor/finer_gaussians.h"
@@ -32,11 +33,21 @@ std::unique_ptr<EditSession> WithFinerGaussians(const EditSession& session, Fine
 FinerSession MakeFinerSession(EditSession& session, RegionId region, const RefineOptions& options,
                               const std::filesystem::path& splat, Monitor& monitor);
 
-// Of what shows of a region's paint in the painted views, the share that is on Gaussians longer
-// than 3 pixels (standard deviation). Each Gaussian counts as its opacity times its area there. 0
-// without paint.
-double PaintOnLargeGaussians(const Region& region, const OpenScene& scene);
-// A share above which stripes and letters look torn.
+// A share of paint on large Gaussians above which stripes and letters look torn.
 inline constexpr double kMuchPaint = 0.5;
+
+// Which detail the Gaussians let a region's paint have in the painted views. Each counts as its
+// opacity times its area there.
+struct PaintDetail {
+  double on_large = 0;  // the share of what shows that is on Gaussians longer than 3 pixels
+  double pixels = 0;    // their mean length, standard deviation; 0: there are none
+  bool IsTorn() const { return on_large >= kMuchPaint; }
+  // "97 % of the paint is on Gaussians too large for stripes or letters", and what is to be
+  // expected of parts of the default size: "details would be about 7 times as fine".
+  std::string Problem() const;
+  std::string Gain() const;
+};
+// Nothing without paint.
+PaintDetail DetailOfPaint(const Region& region, const OpenScene& scene);
 
 }  // namespace retint

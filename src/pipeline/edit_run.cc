@@ -382,12 +382,12 @@ void EditRun::AddRegion(RegionPlan& plan, RegionOutcome& outcome, Monitor& monit
       WriteProjected(folder, *region->selection, monitor);
     });
   }
-  const double on_large =
-      recipe.refine || !scene_.IsWhole() ? 0 : PaintOnLargeGaussians(*region, session.scene());
-  if (on_large >= kMuchPaint) {
-    Warn(plan, fmt::format("{:.0f} % of the paint is on Gaussians too large for stripes or "
-                           "letters; {} splits them",
-                           100 * on_large, OptionName("refine")));
+  if (!recipe.refine && scene_.IsWhole()) {
+    const PaintDetail detail = DetailOfPaint(*region, session.scene());
+    if (detail.IsTorn()) {
+      Warn(plan, fmt::format("{}; {} splits them, and {}", detail.Problem(), OptionName("refine"),
+                             detail.Gain()));
+    }
   }
   session.store().Do(SetEdit{outcome.id, region->edit, recipe.strength});
 }

@@ -121,9 +121,16 @@ TEST_F(FinerSessions, ThereIsNoneWhereNothingIsLarge) {
   EXPECT_THROW(MakeFinerSession(*session_, 77, fine_, {}, monitor_), OptionError);
 }
 
+TEST(PaintDetail, SaysWhatSplittingGains) {
+  const PaintDetail detail{0.97, 8.4};
+  EXPECT_EQ(detail.Problem(), "97 % of the paint is on Gaussians too large for stripes or letters");
+  EXPECT_EQ(detail.Gain(), "details would be about 7 times as fine");  // 8.4 of 1.2 pixels
+  EXPECT_FALSE(PaintDetail().IsTorn());
+}
+
 TEST_F(FinerSessions, SaysHowMuchPaintIsOnLargeGaussians) {
   const auto share = [&](const EditSession& session) {
-    return PaintOnLargeGaussians(*session.store().regions().Find(ball_), session.scene());
+    return DetailOfPaint(*session.store().regions().Find(ball_), session.scene()).on_large;
   };
   EXPECT_EQ(share(*session_), 0);
   PaintDot();
@@ -137,6 +144,9 @@ TEST_F(FinerSessions, SaysHowMuchPaintIsOnLargeGaussians) {
   regions.regions[0].paint = nullptr;
   coarse.RestoreRegions(std::move(regions), {});
   EXPECT_GT(share(coarse), 0.9);
+  const PaintDetail detail = DetailOfPaint(*coarse.store().regions().Find(ball_), coarse.scene());
+  EXPECT_TRUE(detail.IsTorn());
+  EXPECT_GT(detail.pixels, 3);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "base/files.h"
 #include "tests/viewer/viewer_scene.h"
 #include "viewer/scene/view_editor.h"
+#include "viewer/widgets/banner.h"
 
 namespace retint {
 
@@ -205,6 +206,23 @@ class PaintedTest : public ViewerTest {
     // The dot, and some pixels around it; and the bands as they were.
     QVERIFY2(painted() >= before && painted() < before + 150,
              qPrintable(QString("%1 after %2").arg(painted()).arg(before)));
+  }
+
+  void TornPaintOffersToSplit() {
+    Banner& banner = window_->banner();
+    QVERIFY(!banner.IsShown());
+    Q_EMIT editor()->taken("painted.png", PaintDetail{0.3, 4});
+    QVERIFY(!banner.IsShown());
+    Q_EMIT editor()->taken("painted.png", PaintDetail{0.9, 8.4});
+    QVERIFY(banner.IsShown());
+    QVERIFY2(banner.text().contains("90 %") && banner.text().contains("7 times as fine"),
+             qPrintable(banner.text()));
+    Keep(*window_, "torn");
+    int dialogs = 0;
+    CancelFileDialog(&dialogs);
+    QVERIFY(Click("banner_answer0"));
+    QCOMPARE(dialogs, 1);
+    QVERIFY(!banner.IsShown());
   }
 
   // The regions go on with the finer splat, and so does what the other program has open.

@@ -151,7 +151,7 @@ void ViewEditor::Take(const std::string& path, const Picture& picture) {
   edited.written = picture.written;
   const RegionId region = picture.region;
   const auto found = std::make_shared<std::shared_ptr<const PictureEdit>>();
-  const auto on_large = std::make_shared<double>(0);
+  const auto detail = std::make_shared<PaintDetail>();
   // The edit changes when the picture was found to be one of its view, and not before.
   controller_->Run(
       tr("Comparing the picture"),
@@ -163,13 +163,13 @@ void ViewEditor::Take(const std::string& path, const Picture& picture) {
         session.store().Do(SetEdit{region, edit, now->strength});
         now = session.store().regions().Find(region);
         *found = PictureOf(now->edit);
-        *on_large = PaintOnLargeGaussians(*now, session.scene());
+        *detail = DetailOfPaint(*now, session.scene());
       },
       [=, this] {
         const Region* now = controller_->regions().Find(region);
         // An edit that was made meanwhile, on its way behind this one, does not know the picture.
         if (now && PictureOf(now->edit) != *found) return Take(path, picture);
-        Q_EMIT taken(QString::fromStdString(path), *on_large);
+        Q_EMIT taken(QString::fromStdString(path), *detail);
       });
 }
 

@@ -30,6 +30,7 @@
 #include "viewer/scene/video_maker.h"
 #include "viewer/selection/selection_mode.h"
 #include "viewer/selection/stroke_preview.h"
+#include "viewer/widgets/banner.h"
 #include "viewer/window/long_text.h"
 #include "viewer/window/preferences_dialog.h"
 
@@ -151,6 +152,7 @@ void MainWindow::BuildCenter() {
   page->setWidget(inner);
   welcome_ = page;
   canvas_ = new Canvas(controller_, renderer_, photos_);
+  banner_ = new Banner(canvas_);
   selection_ = new SelectionMode(controller_);
   pages_->addWidget(welcome_);
   pages_->addWidget(canvas_);
@@ -243,6 +245,7 @@ void MainWindow::ConnectScene() {
     canvas_->setFocus();
   });
   connect(controller_, &SceneController::closed, this, [this] {
+    banner_->Close();
     ShowWarnings({});
     SetCurrentRegion(0);
     ShowPage();

@@ -38,6 +38,7 @@ class QVBoxLayout;
 
 namespace retint {
 
+class Banner;
 class QualityPanel;
 class SelectionMode;
 class SessionStore;
@@ -70,6 +71,7 @@ class MainWindow : public QMainWindow {
 
   SceneController& controller() { return *controller_; }
   Canvas& canvas() { return *canvas_; }
+  Banner& banner() { return *banner_; }
   SelectionMode& selection() { return *selection_; }
   PhotoLoader& photos() { return *photos_; }
   StrokePreview& stroke_preview() { return *preview_; }
@@ -189,6 +191,7 @@ class MainWindow : public QMainWindow {
   void ConfirmReplacing(const std::filesystem::path& file, std::function<void()> go);
   // main_window_panels.cc
   void AddPanels();
+  void OfferSplitting(const PaintDetail& detail);
 
   Theme* theme_;
   SceneController* controller_;
@@ -202,6 +205,7 @@ class MainWindow : public QMainWindow {
   QualityPanel* quality_;
   ViewsPanel* views_;
   Canvas* canvas_;
+  Banner* banner_;  // over the canvas
   SelectionMode* selection_;
   QStackedWidget* pages_;
   QWidget* welcome_;

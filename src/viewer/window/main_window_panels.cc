@@ -23,6 +23,7 @@
 #include "viewer/panels/selection_panel.h"
 #include "viewer/panels/views_panel.h"
 #include "viewer/scene/view_editor.h"
+#include "viewer/widgets/banner.h"
 #include "viewer/window/main_window.h"
 #include "viewer/window/path_edit.h"
 
@@ -190,6 +191,14 @@ QDockWidget* MainWindow::AddPanel(const QString& id, const QString& title, QWidg
   return dock;
 }
 
+void MainWindow::OfferSplitting(const PaintDetail& detail) {
+  banner_->Show(
+      {QString::fromStdString(detail.Problem() + ". Split, " + detail.Gain() + "."),
+       {{tr("Split them"), tr("Write a splat whose painted Gaussians are small, and go on with it"),
+         [this] { SplitGaussians(); }},
+        {tr("Leave them")}}});
+}
+
 void MainWindow::AddPanels() {
   connect(current_, &CurrentRegion::changed, this, &MainWindow::ShowCloudOfCurrent);
   auto* regions_panel = new RegionsPanel(controller_, canvas_, current_);
@@ -215,14 +224,12 @@ void MainWindow::AddPanels() {
   connect(elsewhere, &ViewEditor::opened, this, [this](const QString& path) {
     Say(tr("%1 is open in another program. What you save there is taken over").arg(path));
   });
-  connect(elsewhere, &ViewEditor::taken, this, [this](const QString& path, double on_large) {
-    canvas_->SetCloudShown(false);  // it would hide what was made elsewhere
-    if (on_large < kMuchPaint) return Say(tr("Took over %1").arg(path));
-    Say(tr("Took over %1. %2 % of the paint is on Gaussians too large for detail: where it looks "
-           "torn, split them on the page Picture")
-            .arg(path)
-            .arg(100 * on_large, 0, 'f', 0));
-  });
+  connect(elsewhere, &ViewEditor::taken, this,
+          [this](const QString& path, const PaintDetail& detail) {
+            canvas_->SetCloudShown(false);  // it would hide what was made elsewhere
+            Say(tr("Took over %1").arg(path));
+            if (detail.IsTorn()) OfferSplitting(detail);
+          });
   connect(elsewhere, &ViewEditor::failed, this, [this](const QString& message) {
     ShowError(tr("The view cannot be edited elsewhere"), message);
   });
