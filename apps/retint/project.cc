@@ -9,6 +9,7 @@
 #include "retint/common.h"
 #include "retint/help.h"
 #include "retint/results.h"
+#include "selecting/paint_held.h"
 #include "selecting/selection_files.h"
 
 namespace retint::cli {
@@ -42,6 +43,9 @@ void Project(const Arguments& arguments, Run& run) {
   }
   ProjectedMasks masks = session->selection().Project(source, run.monitor());
   WarnOfPaint(source.painted, masks.masks, *session, run);
+  const std::string verdict = source.painted.empty() ? std::string()
+                                                     : VerdictOfPaint(session->scene().workspace(),
+                                                                      source.painted, masks.masks);
   if (!run.Writes()) return;
   const ShareAmong alone;
   if (!pictures.AreViews()) masks.masks = pictures.FromViews(masks.masks);
@@ -59,6 +63,7 @@ void Project(const Arguments& arguments, Run& run) {
   run.Print(fmt::format(
       "wrote {} masks to {}: {} hold a selected pixel, {:.2f} % covered on average",
       masks.masks.size(), arguments.output.string(), coverage.views, 100 * coverage.mean));
+  if (!verdict.empty()) run.Print("selection: " + verdict);
   RunReport report = MakeReport(*session);
   if (large) report.out_of_core = large->Report();
   PrintParts(report, run);

@@ -56,7 +56,9 @@ EditRecipe RecipeOf(const Arguments& arguments, Run& run) {
               "--view and --mask are required, or --edited, whose pictures show what is meant");
   CheckOption(region.refine || !arguments.edit.flags.Sets("refine"),
               "--set refine.pixels and its like require --refine");
-  if (!recipe.outputs.comparison.empty()) CheckPicture(recipe.outputs.comparison);
+  const std::filesystem::path& comparison = recipe.outputs.comparison;
+  CheckOption(comparison.empty() || ExtensionOf(comparison) == ".png",
+              comparison.string() + ": pictures are written as .png");
   recipe.regions.push_back(std::move(region));
   return recipe;
 }
@@ -64,8 +66,8 @@ EditRecipe RecipeOf(const Arguments& arguments, Run& run) {
 void PrintResult(EditRun& edit, const EditRecipe& recipe, const Run& run) {
   EditSession& session = edit.session();
   const Region& region = session.store().regions().regions.front();
-  const std::string reach = VerdictOfPaint(session.scene().workspace(), edit.outcomes()[0].painted,
-                                           region.selection->masks);
+  const std::string reach = VerdictOfPaint(
+      session.scene().workspace(), region.selection->source.painted, region.selection->masks);
   if (run.globals().verbose) PrintDetails(edit, reach, run);
   PrintSummary(region.edit, edit.report(), reach, run);
   PrintOutOfGamut(region.edit, edit.report().quality, run);
@@ -74,12 +76,15 @@ void PrintResult(EditRun& edit, const EditRecipe& recipe, const Run& run) {
 
 void Recolor(const Arguments& arguments, Run& run) {
   const EditRecipe recipe = RecipeOf(arguments, run);
+  CheckOutputs(recipe);
   const auto scene = OpenSource(arguments.scene, arguments.large, recipe.holdout,
                                 &recipe.options.refit.options, run);
   StageCache cache(arguments.cache);
   EditRun edit(recipe, *scene, cache,
                {.stage = {}, .warning = [&](const std::string& text) { run.Warn(text); }});
-  run.SetPlan(PlanOf(recipe, edit.Plan()));
+  std::vector<PlannedStage> plan = PlanOf(recipe, edit.Plan(), /*evaluates=*/true);
+  plan.insert(plan.end() - 1, {"suggestion", 1});
+  run.SetPlan(std::move(plan));
   edit.Run(run.monitor());
   // The line that is printed is not worth what the figures of a file are.
   const bool is_kept = !recipe.outputs.report.empty() || !recipe.outputs.page.empty();
@@ -125,10 +130,11 @@ void AddOutputs(CLI::App* verb, Arguments& arguments) {
   Everyday(verb, AddPath(verb, "--comparison", arguments.outputs.comparison,
                          "Picture to write (.png): before, mask and after of up to four views")
                      ->group(kOutputGroup));
-  AddPath(verb, "--save-stages", arguments.outputs.stages,
-          "Folder for the results of all stages: depth, clouds, registration, masks, targets, "
-          "pictures",
-          "FOLDER")
+  AddPath(
+      verb, "--save-stages", arguments.outputs.stages,
+      "Folder for the results of all stages: depth, clouds, registration, paint, masks, targets, "
+      "pictures",
+      "FOLDER")
       ->group(kOutputGroup);
   AddPath(
       verb, "--cache", arguments.cache,

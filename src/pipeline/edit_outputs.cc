@@ -15,6 +15,7 @@
 #include "reporting/report.h"
 #include "scene/contact_sheet.h"
 #include "scene/mask_pixels.h"
+#include "selecting/paint_picture.h"
 #include "selecting/selection_files.h"
 
 namespace retint {
@@ -119,6 +120,11 @@ void WriteStages(const std::filesystem::path& folder, EditSession& session, Regi
   WriteCloud(folder / "cloud_raw.ply", selected.cloud_raw);
   WriteCloud(folder / "cloud.ply", selected.cloud);
   WriteFile(folder / "registration.json", RegistrationsToJson(selected.painted));
+  const RegionSelection& selection = *session.store().Require(id).selection;
+  for (const PaintedPicture& one :
+       PicturesOfPaint(session.scene(), selection.source.painted, selection.masks)) {
+    WritePng(ViewFile(folder / "paint", one.view), one.picture);
+  }
   session.WriteMasks(folder / "masks", id, monitor);
   const Pictures pictures = session.scene().pictures();
   const auto& all = pictures.all();

@@ -10,9 +10,9 @@
 
 namespace retint {
 
-// depth.bin, depth.png, cloud_raw.ply, cloud.ply, registration.json, masks/, targets/, result/ of a
-// region in `folder`; depths of further painted views as depth/<picture name>.bin and .png.
-// `selected`: of its painted views; masks from files have none.
+// depth.bin, depth.png, cloud_raw.ply, cloud.ply, registration.json, paint/, masks/, targets/,
+// result/ of a region in `folder`; depths of further painted views as depth/<picture name>.bin and
+// .png. `selected`: of its painted views; masks from files have none.
 void WriteStages(const std::filesystem::path& folder, EditSession& session, RegionId id,
                  const SelectionResult& selected, TargetKind target, Monitor& monitor);
 

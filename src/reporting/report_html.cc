@@ -2,6 +2,7 @@
 #include "reporting/report_html.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <map>
 
@@ -15,6 +16,8 @@
 #include "reporting/report_plots.h"
 #include "scene/contact_sheet.h"
 #include "scene/mask_pixels.h"
+#include "selecting/paint_held.h"
+#include "selecting/paint_picture.h"
 
 namespace retint {
 namespace {
@@ -37,8 +40,9 @@ dl.figures { display: grid; grid-template-columns: repeat(auto-fill, minmax(170p
 dl.figures div { border: 1px solid var(--line); border-radius: 8px; padding: 10px 14px; }
 dl.figures dt { color: var(--quiet); font-size: 13px; } dl.figures dd { margin: 0; font-size: 20px; }
 ul.warnings { background: var(--warn); border-radius: 8px; padding: 12px 12px 12px 32px; }
-.views { display: grid; grid-template-columns: repeat(auto-fill, minmax(330px, 1fr)); gap: 18px; }
+.views, .paints { display: grid; grid-template-columns: repeat(auto-fill, minmax(330px, 1fr)); gap: 18px; }
 figure { margin: 0; } figcaption { font-size: 13px; overflow-wrap: anywhere; }
+.paints img { display: block; width: 100%; height: auto; border-radius: 6px; }
 .pair { position: relative; border-radius: 6px; overflow: hidden; background: #000; }
 .pair img { display: block; width: 100%; height: auto; }
 .pair img + img { position: absolute; inset: 0; clip-path: inset(0 0 0 var(--at, 50%)); }
@@ -58,7 +62,7 @@ pre { background: color-mix(in srgb, var(--line) 40%, transparent); padding: 12p
 )";
 
 constexpr std::string_view kScript = R"(
-for (const figure of document.querySelectorAll('figure')) {
+for (const figure of document.querySelectorAll('.views figure')) {
   const pair = figure.querySelector('.pair'), slider = figure.querySelector('input');
   slider.addEventListener('input', () => pair.style.setProperty('--at', slider.value + '%'));
   const button = figure.querySelector('button');
@@ -78,6 +82,12 @@ struct ViewPictures {
   const WorstQuality* quality = nullptr;  // null: it holds no masked pixel
   double selected = 0;                    // of its pixels, by any region
   Image8 before, after, mask;             // no mask: empty
+};
+
+// What became of a region's paint.
+struct RegionPaint {
+  std::string region, verdict;
+  std::vector<PaintedPicture> views;
 };
 
 std::map<std::string, WorstQuality> QualityByView(const RunReport& report) {
@@ -122,6 +132,7 @@ class Page {
   std::string Pictures(int quality) const;
   std::string Figures() const;
   std::string Warnings() const;
+  std::string Paint(int quality) const;
   std::string Plots() const;
   std::string Tables() const;
 
@@ -130,10 +141,13 @@ class Page {
   const HtmlReportOptions& options_;
   const std::map<std::string, WorstQuality> quality_;
   std::vector<ViewPictures> views_;
+  std::vector<RegionPaint> paint_;
 };
 
 Image8 Page::Shrunk(const Image8& image) const {
-  const double count = 3 * static_cast<double>(std::max<size_t>(1, views_.size()));
+  size_t pictures = 3 * views_.size();
+  for (const RegionPaint& one : paint_) pictures += one.views.size();
+  const auto count = static_cast<double>(std::max<size_t>(1, pictures));
   const double budget = static_cast<double>(options_.most_bytes) * 0.7 / count;
   const double area = std::clamp(budget / kBytesPerPixel, kLeastPixels, kMostPixels);
   const double shape = static_cast<double>(image.width) / image.height;
@@ -159,6 +173,17 @@ void Page::Render(Monitor& monitor) {
     return a.quality->psnr_inside < b.quality->psnr_inside;
   });
   const RegionSet regions = session_.store().regions();
+  for (const Region& region : regions.regions) {
+    const RegionSelection& selection = *region.selection;
+    if (!region.visible || selection.source.painted.empty()) continue;
+    const Workspace& workspace = session_.scene().workspace();
+    paint_.push_back(
+        {region.name, VerdictOfPaint(workspace, selection.source.painted, selection.masks),
+         PicturesOfPaint(session_.scene(), selection.source.painted, selection.masks)});
+  }
+  for (RegionPaint& one : paint_) {
+    for (PaintedPicture& view : one.views) view.picture = Shrunk(view.picture);
+  }
   const double steps = 2 * static_cast<double>(views_.size());
   double done = 0;
   for (const bool edited : {true, false}) {
@@ -267,6 +292,29 @@ std::string Page::Warnings() const {
   return html + "</ul>\n";
 }
 
+std::string Page::Paint(int quality) const {
+  std::string html;
+  for (const RegionPaint& one : paint_) {
+    std::string verdict = one.verdict;
+    verdict.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(verdict.front())));
+    html +=
+        fmt::format("<h2>Paint of {}</h2>\n<p>{}.</p>\n", HtmlText(one.region), HtmlText(verdict));
+    if (one.views.empty()) continue;
+    html +=
+        "<p>Green: your paint that is selected. Yellow: selected beside it. Red: your paint that "
+        "is left out.</p>\n<div class=\"paints\">\n";
+    for (const PaintedPicture& view : one.views) {
+      const std::string name = HtmlText(view.view), words = HtmlText(view.counts.Words());
+      html += fmt::format(
+          "<figure><img loading=\"lazy\" alt=\"{} paint\" src=\"{}\">\n<figcaption>{} <span "
+          "class=\"quiet\">{}</span></figcaption></figure>\n",
+          name, Embedded(view.picture, quality), name, words);
+    }
+    html += "</div>\n";
+  }
+  return html;
+}
+
 std::string Page::Plots() const {
   std::vector<Bar> inside, outside;
   for (const View* view : session_.scene().views()) {
@@ -352,7 +400,7 @@ std::string Page::Text() const {
   const std::string after =
       Plots() + Tables() + fmt::format("</main>\n<script>{}</script></body></html>\n", kScript);
   for (const int quality : kQualities) {
-    std::string page = before + Pictures(quality) + after;
+    std::string page = before + Pictures(quality) + Paint(quality) + after;
     if (page.size() <= options_.most_bytes) return page;
   }
   throw RunError(fmt::format("the report's page of {} views does not fit into {} bytes",

@@ -8,32 +8,16 @@
 #include "opening/photo_paint.h"
 #include "opening/pictures.h"
 #include "scene/mask_pixels.h"
+#include "selecting/paint_picture.h"
 
 namespace retint {
 namespace {
 
-// Pixels of a painted view: of its paint, of that what its mask holds, and what that holds beside
-// it.
-struct HeldPixels {
-  size_t painted = 0, held = 0, added = 0;
-};
-
 // None for a view without a mask.
-HeldPixels CountHeld(const PaintedView& view, const std::map<std::string, Mask>& masks) {
-  HeldPixels pixels;
+PaintCounts CountsOf(const PaintedView& view, const std::map<std::string, Mask>& masks) {
   const auto found = masks.find(view.name);
-  if (found == masks.end() || found->second.NumPixels() != view.mask.NumPixels()) return pixels;
-  for (size_t p = 0; p < view.mask.data.size(); ++p) {
-    if (!view.seen.Empty() && view.seen.data[p] == 0) continue;
-    const bool painted = IsInside(view.mask.data[p]), masked = IsInside(found->second.data[p]);
-    pixels.painted += painted;
-    pixels.held += painted && masked;
-    pixels.added += masked && !painted;
-  }
-  return pixels;
+  return found == masks.end() ? PaintCounts() : CountPaint(view, found->second);
 }
-
-double Part(size_t part, size_t whole) { return whole > 0 ? double(part) / double(whole) : 0; }
 
 }  // namespace
 
@@ -43,9 +27,10 @@ std::vector<std::string> WarningsOfPaint(const Workspace& workspace,
   constexpr double kLeast = 0.5;  // of the paint
   std::vector<std::string> warnings;
   for (const PaintedView& view : OnViews(workspace, painted)) {
-    const HeldPixels pixels = CountHeld(view, masks);
-    const double part = Part(pixels.held, pixels.painted);
-    if (pixels.painted == 0 || part >= kLeast) continue;
+    const PaintCounts counts = CountsOf(view, masks);
+    if (counts.painted == 0) continue;
+    const double part = double(counts.kept) / double(counts.painted);
+    if (part >= kLeast) continue;
     warnings.push_back(
         fmt::format("the mask of view {} holds {:.0f} % of what is painted in it: the scene has no "
                     "clear surface there, or shows something in front of it",
@@ -56,25 +41,12 @@ std::vector<std::string> WarningsOfPaint(const Workspace& workspace,
 
 std::string VerdictOfPaint(const Workspace& workspace, const std::vector<PaintedView>& painted,
                            const std::map<std::string, Mask>& masks) {
-  constexpr double kNoticed = 0.01;  // of the paint
-  HeldPixels all;
-  for (const PaintedView& view : OnViews(workspace, painted)) {
-    const HeldPixels pixels = CountHeld(view, masks);
-    all.painted += pixels.painted;
-    all.held += pixels.held;
-    all.added += pixels.added;
-  }
+  PaintCounts all;
+  for (const PaintedView& view : OnViews(workspace, painted)) all += CountsOf(view, masks);
   const auto carried = std::count_if(masks.begin(), masks.end(),
                                      [](const auto& mask) { return AnyInside(mask.second); });
-  std::string verdict;
-  if (all.painted > 0) {
-    const double left_out = 1 - Part(all.held, all.painted), added = Part(all.added, all.painted);
-    verdict = left_out < kNoticed
-                  ? "all of your paint is in"
-                  : fmt::format("{:.0f} % of your paint is in", 100 * (1 - left_out));
-    if (added >= kNoticed) verdict += fmt::format(", and {:.0f} % beside it", 100 * added);
-    verdict += ", ";
-  }
+  std::string verdict = all.Words();
+  if (!verdict.empty()) verdict += ", ";
   return verdict +
          fmt::format("carried to {} of {} views", carried, workspace.reconstruction.views.size());
 }

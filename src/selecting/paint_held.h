@@ -22,9 +22,8 @@ struct Workspace;
 std::vector<std::string> WarningsOfPaint(const Workspace& workspace,
                                          const std::vector<PaintedView>& painted,
                                          const std::map<std::string, Mask>& masks);
-// "all of your paint is in, carried to 38 of 50 views": how much of the painted pixels the masks of
-// their views hold, what these hold beside them if that is 1 % of the paint or more, and how many
-// masks hold a pixel.
+// "all of your paint is in, carried to 38 of 50 views": the words of all painted views together
+// (selecting/paint_picture.h), and how many masks hold a pixel.
 std::string VerdictOfPaint(const Workspace& workspace, const std::vector<PaintedView>& painted,
                            const std::map<std::string, Mask>& masks);
 // "24 of 25 views have no mask and take no part"; empty if every picture has one.

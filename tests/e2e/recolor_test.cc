@@ -201,6 +201,7 @@ TEST(Recolor, WritesSplatReportStagesAndPictures) {
                            "stages/cloud.ply", "stages/registration.json"}) {
     EXPECT_THAT(files, testing::Contains(name));
   }
+  EXPECT_EQ(FilesBelow(temp / "stages" / "paint").size(), 1u) << "of the painted view";
   for (const char* folder : {"masks", "targets", "result"}) {
     EXPECT_THAT(files, testing::Contains("stages/" + std::string(folder) + "/000.png.png"));
     EXPECT_EQ(FilesBelow(temp / "stages" / folder).size(), 8u);

@@ -81,6 +81,16 @@ TEST_F(Html, IsOnePageWithEveryView) {
   EXPECT_THAT(page, Not(HasSubstr("src=\"file")));
 }
 
+// In words and as a picture, but for a free view, which has no mask.
+TEST_F(Html, ShowsWhatBecameOfThePaint) {
+  const std::string page = Make();
+  EXPECT_EQ(Count(page, "<h2>Paint of "), 1) << "the other region was not painted";
+  EXPECT_THAT(page, HasSubstr("<h2>Paint of left &quot;100 %"));
+  EXPECT_THAT(page, HasSubstr("of your paint is in"));
+  EXPECT_EQ(Count(page, " paint\" src=\"data:image/jpeg"), 1);
+  EXPECT_THAT(page, HasSubstr("alt=\"" + HtmlText(ViewName(0)) + " paint\""));
+}
+
 TEST_F(Html, TheWorstViewComesFirst) {
   const RunReport report = FullReport(*session_, TargetKind::kRender, monitor_);
   std::string worst;

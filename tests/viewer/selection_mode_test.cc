@@ -244,6 +244,7 @@ class SelectionModeTest : public QObject {
     question.AskTheUser(answer);
     QVERIFY(question.IsAsking() && question.banner().text().contains("30 %"));
     QCOMPARE(canvas.hatched().data, answer.differs.data);
+    Keep(*mode_, "question");
     QCOMPARE(canvas.editor().mask().data, mine.data);
     click("banner_answer0");
     QVERIFY(!question.IsAsking() && canvas.hatched().Empty());
@@ -275,7 +276,7 @@ class SelectionModeTest : public QObject {
     QTest::mouseClick(button("reachExact"), Qt::LeftButton);
     QVERIFY(button("reachExact")->isChecked() && !button("reachObject")->isChecked());
     QVERIFY(ReachOf(mode_->projector_options()) == PaintReach::kExact);
-    QVERIFY2(mode_->canvas().hasFocus(), "the next key means the canvas");
+    QCOMPARE(mode_->window()->focusWidget(), &mode_->canvas());  // the next key means the canvas
     Paint(LeftHalf(Truth(first_)));
     const Mask painted = mode_->canvas().editor().mask();
     const RegionId exact = Accept();

@@ -5,14 +5,17 @@
 
 #include <QCheckBox>
 #include <QComboBox>
+#include <QDialog>
 #include <QDockWidget>
 #include <QDoubleSpinBox>
 #include <QLabel>
 #include <QPushButton>
+#include <QToolButton>
 #include <QTreeWidget>
 
 #include "editing/edit_options.h"
 #include "tests/viewer/viewer_scene.h"
+#include "viewer/widgets/banner.h"
 
 namespace retint {
 
@@ -102,6 +105,41 @@ class SelectionPanelTest : public ViewerTest {
     PressKey(*window_, Qt::Key_Y, Qt::ControlModifier);
     QTRY_VERIFY_WITH_TIMEOUT(Current().selection == fewer, kWaitMs);
     QCOMPARE(share->value(), 0.3);
+  }
+
+  void WhatBecameOfThePaintIsSaidAndShown() {
+    QVERIFY(canvas().GoTo(subject_.first));
+    QVERIFY(WaitSharp(*window_));
+    SelectOptions select;
+    select.method = "gaussian";
+    window_->selection().SetSelectOptions(select);
+    window_->EnterSelection();
+    QVERIFY(WaitPainting(*window_));
+    SelectionCanvas& paper = window_->selection().canvas();
+    PaintFinely(paper, scene_->Masks(subject_.object).at(subject_.first));
+    QTest::keyClick(&paper, Qt::Key_Return);
+    QTRY_VERIFY_WITH_TIMEOUT(!window_->IsSelecting(), kWaitMs);
+    Banner& banner = window_->banner();
+    QVERIFY2(banner.text().startsWith("All of your paint is in"), qPrintable(banner.text()));
+    QVERIFY(canvas().hasFocus());
+    auto* small = banner.findChild<QToolButton*>("banner_picture");
+    QTRY_VERIFY_WITH_TIMEOUT(small->isVisible(), kWaitMs);
+    Keep(*window_, "verdict");
+    const auto dialog = [&] { return window_->findChild<QDialog*>("paint_pictures"); };
+    QTest::mouseClick(small, Qt::LeftButton);
+    QVERIFY(dialog() && dialog()->isVisible());
+    bool named = false;
+    for (auto* label : dialog()->findChildren<QLabel*>()) {
+      named |= label->text().startsWith(QString::fromStdString(subject_.first));
+    }
+    QVERIFY(named);
+    Keep(*dialog(), "verdict-large");
+    QTest::mouseClick(dialog()->findChild<QPushButton*>(), Qt::LeftButton);
+    QTRY_VERIFY(!dialog());
+    // It is over when one goes on with the region.
+    QVERIFY(banner.IsShown());
+    controller().SetEdit(window_->current_region(), ColorEdit::Tint({0.2F, 0.9F, 0.3F}));
+    QTRY_VERIFY(!banner.IsShown());
   }
 
   void EachRegionComesBackWithItsOwnOptions() {

@@ -22,16 +22,16 @@
 #include <QVBoxLayout>
 
 #include "base/run_clock.h"
-#include "selecting/paint_held.h"
 #include "viewer/canvas/contrast.h"
 #include "viewer/canvas/uncertainty.h"
 #include "viewer/panels/quality_panel.h"
 #include "viewer/scene/session_store.h"
 #include "viewer/scene/video_maker.h"
+#include "viewer/selection/paint_verdict.h"
 #include "viewer/selection/selection_mode.h"
 #include "viewer/selection/stroke_preview.h"
 #include "viewer/widgets/banner.h"
-#include "viewer/window/long_text.h"
+#include "viewer/widgets/long_text.h"
 #include "viewer/window/preferences_dialog.h"
 
 namespace retint {
@@ -320,39 +320,23 @@ void MainWindow::ConnectView() {
 }
 
 void MainWindow::ConnectSelection() {
+  verdict_ = new PaintVerdict(controller_, banner_, this);
+  connect(verdict_, &PaintVerdict::paintWanted, this, &MainWindow::EnterSelection);
+  connect(controller_, &SceneController::selectedAgain, verdict_, &PaintVerdict::Show);
   connect(selection_, &SelectionMode::otherFailed, this, &MainWindow::Complain);
   connect(selection_, &SelectionMode::accepted, this, [this](RegionId id) {
     SetCurrentRegion(id);
     canvas_->SetCloudShown(true);  // what was found
     ShowPage();
     canvas_->setFocus();
-    const QString held = WarningOfPaint(id);
-    if (!held.isEmpty()) return Warn(held);
-    Say(tr("%1. %2 shows the selection. Choose a color in the Regions panel (%3)")
-            .arg(VerdictOfPaint(id), KeyText("show.mask"), KeyText("panel.regions")));
+    verdict_->Show(id);
+    Say(tr("%1 shows the selection. Choose a color in the Regions panel (%2)")
+            .arg(KeyText("show.mask"), KeyText("panel.regions")));
   });
   connect(selection_, &SelectionMode::left, this, [this] {
     ShowPage();
     canvas_->setFocus();
   });
-}
-
-QString MainWindow::VerdictOfPaint(RegionId id) const {
-  const Region* region = controller_->regions().Find(id);
-  if (!region || !region->selection) return {};
-  const RegionSelection& selection = *region->selection;
-  const QString verdict = QString::fromStdString(retint::VerdictOfPaint(
-      *controller_->facts()->workspace, selection.source.painted, selection.masks));
-  return verdict.left(1).toUpper() + verdict.mid(1);
-}
-
-QString MainWindow::WarningOfPaint(RegionId id) const {
-  const Region* region = controller_->regions().Find(id);
-  if (!region || !region->selection) return {};
-  const RegionSelection& selection = *region->selection;
-  const auto warnings =
-      WarningsOfPaint(*controller_->facts()->workspace, selection.source.painted, selection.masks);
-  return warnings.empty() ? QString() : QString::fromStdString(warnings.back());
 }
 
 void MainWindow::ConnectFiles() {

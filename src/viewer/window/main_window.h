@@ -39,6 +39,7 @@ class QVBoxLayout;
 namespace retint {
 
 class Banner;
+class PaintVerdict;
 class QualityPanel;
 class SelectionMode;
 class SessionStore;
@@ -121,8 +122,6 @@ class MainWindow : public QMainWindow {
   void ConnectScene();
   void ConnectView();
   void ConnectSelection();
-  QString VerdictOfPaint(RegionId id) const;  // what became of the paint, in words
-  QString WarningOfPaint(RegionId id) const;  // of its painted views one, or nothing
   void ConnectFiles();
   void Complain(const QString& label, const QString& message);  // a task failed
   void ShowPage();
@@ -206,6 +205,7 @@ class MainWindow : public QMainWindow {
   ViewsPanel* views_;
   Canvas* canvas_;
   Banner* banner_;  // over the canvas
+  PaintVerdict* verdict_;
   SelectionMode* selection_;
   QStackedWidget* pages_;
   QWidget* welcome_;

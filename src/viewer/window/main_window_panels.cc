@@ -193,7 +193,7 @@ QDockWidget* MainWindow::AddPanel(const QString& id, const QString& title, QWidg
 
 void MainWindow::OfferSplitting(const PaintDetail& detail) {
   banner_->Show(
-      {QString::fromStdString(detail.Problem() + ". Split, " + detail.Gain() + "."),
+      {QString::fromStdString(detail.Problem() + ". After splitting, " + detail.Gain() + "."),
        {{tr("Split them"), tr("Write a splat whose painted Gaussians are small, and go on with it"),
          [this] { SplitGaussians(); }},
         {tr("Leave them")}}});
