@@ -176,6 +176,22 @@ TEST_F(RegistrationTest, FewPointsGiveIdentityAndAReason) {
   EXPECT_THAT(summary.BriefReport(), HasSubstr("not moved, only"));
 }
 
+// 1/z' = 1.3/z - 0.06 is right for the ball, but throws what is farther than 21.7 behind the
+// camera.
+TEST_F(RegistrationTest, ThrowsNoPointBehindTheCamera) {
+  DepthMap wrong = depth;
+  for (auto& z : wrong.data) z = float(1.3 / (1 / z + 0.06));
+  for (const double far : {15.0, 25.0}) {
+    SelectionCloud cloud = Cloud(wrong);
+    cloud.points.front().position = view.Unproject({80, 60}, far).cast<float>();
+    const auto summary = Run(cloud, wrong);
+    EXPECT_EQ(summary.accepted, far < 20) << summary.BriefReport();
+    for (const auto& point : cloud.points) {
+      EXPECT_GT((view.cam_from_world * point.position.cast<double>()).z(), 0);
+    }
+  }
+}
+
 TEST_F(RegistrationTest, OtherSourcesStayWhereTheyAre) {
   DepthMap wrong = depth;
   for (auto& z : wrong.data) z *= 1.04f;
