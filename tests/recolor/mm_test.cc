@@ -217,6 +217,41 @@ TEST(MmTest, EndsNoWorseThanItStartedOnTheClamp) {
   }
 }
 
+// Of the renders of all views.
+double SquaredError(const TinyScene& scene, const ColorEdit& edit, const FloatArray& sh) {
+  const CompiledEdit compiled(edit);
+  Renderer original = scene.MakeRenderer(), renderer = scene.MakeRenderer();
+  renderer.SetSh(sh);
+  double error = 0;
+  for (size_t v = 0; v < scene.cameras.size(); ++v) {
+    const Image before = original.Render(scene.cameras[v]).rgb;
+    const Image after = renderer.Render(scene.cameras[v]).rgb;
+    for (size_t p = 0; p < scene.masks[v].data.size(); ++p) {
+      const auto color = Eigen::Map<const Eigen::Vector3f>(&before.data[3 * p]);
+      const auto now = Eigen::Map<const Eigen::Vector3f>(&after.data[3 * p]);
+      error += (compiled.Apply(color, float(scene.masks[v].data[p]) / 255) - now).squaredNorm();
+    }
+  }
+  return error;
+}
+
+// The closed form leaves nearly black Gaussians before others that may not change. The gradient
+// asks for darker ones still, but the first step meets the clamp, and the loss is no parabola.
+TEST(MmTest, ReportsOnlyWhatRendersShowOnTheClamp) {
+  for (const uint64_t seed : {27, 28, 35}) {
+    TinyScene scene(seed);
+    scene.FillMasks(255);
+    const ColorEdit edit = ColorEdit::Tint({0.001f, 0.001f, 0.001f});
+    const FloatArray start =
+        ClosedFormSh(*scene.backend, scene.model.sh, scene.model.NumShCoeffs(), scene.shares, edit);
+    FloatArray end;
+    const auto losses = Refit(scene, edit, Exhaustive(MmAcceleration::kLbfgs, 16), &end).losses;
+    // Weights of 8 bits miss 3e-5 of it; promises that are not kept are 5e-3 and more.
+    EXPECT_NEAR(losses.back() / losses.front(),
+                SquaredError(scene, edit, end) / SquaredError(scene, edit, start), 1e-3);
+  }
+}
+
 // What is to stay counts by its square for five sweeps, and by its size from the sixth on.
 TEST(MmTest, CountsTheSizeOfChangesFromTheSixthSweepOn) {
   TinyScene scene(31);
