@@ -3,7 +3,9 @@
 // replaced meanwhile.
 #include "viewer/scene/scene_controller.h"
 
+#include <functional>
 #include <future>
+#include <vector>
 
 #include "tests/viewer/viewer_scene.h"
 
@@ -42,6 +44,11 @@ class SceneControllerTest : public QObject {
     return select;
   }
   std::string NameOf(RegionId id) const { return controller_->regions().Find(id)->name; }
+  RegionId AddRegion(const QString& name) {
+    QSignalSpy added(controller_.get(), &SceneController::regionAdded);
+    controller_->AddRegionFromMasks(name, scene_->Masks(subject_.object), ColorEdit());
+    return Settle(*controller_) && !added.empty() ? added.back().front().value<RegionId>() : 0;
+  }
 
  private Q_SLOTS:
   void initTestCase() {
@@ -76,6 +83,32 @@ class SceneControllerTest : public QObject {
     QCOMPARE(NameOf(id), "cup");
     QCOMPARE(cancelled.count(), 1);
     QCOMPARE(cancelled.front().front().toString(), "waiting");
+  }
+
+  void EditsShowAtOnceAsTheSessionMakesThem() {
+    const RegionId jug = AddRegion("jug"), cup = AddRegion("cup"), lid = AddRegion("lid");
+    QVERIFY(jug != 0 && cup != 0 && lid != 0);
+    const std::vector<std::function<void()>> edits = {
+        [&] {
+          controller_->SetEdit(cup, ColorEdit::Tint({0.2F, 1, 1}), 0.5F, "");
+        },
+        [&] { controller_->SetVisible(jug, false); },
+        [&] { controller_->Rename(lid, "cover"); },
+        [&] { controller_->Move(lid, 1); },
+        [&] { controller_->Move(jug, 99); },  // after the last
+        [&] { controller_->Remove(cup); },
+    };
+    for (const auto& edit : edits) {
+      std::promise<void> gate;
+      controller_->Run({}, Until(gate));
+      const RegionSet before = controller_->regions();
+      edit();
+      const RegionSet shown = controller_->regions();
+      QVERIFY(!shown.SavesLike(before));
+      gate.set_value();
+      QVERIFY(Settle(*controller_));
+      QVERIFY(shown.SavesLike(controller_->regions()));  // which are the session's now
+    }
   }
 
   void OnlyTheNewestSelectionIsMadeAgain() {
