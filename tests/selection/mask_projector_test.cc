@@ -210,6 +210,35 @@ TEST_F(MaskProjectorTest, WhatIsFaintFarFromTheMaskIsDropped) {
   EXPECT_NEAR(of_share(0.6f), 0.7 * 255, 8);
 }
 
+// One percent of the shorter side is 4.8 pixels. Beyond, shares of 0.4 are dropped.
+TEST_F(MaskProjectorTest, BordersAreSoftForOnePercent) {
+  PosedCamera view = world.Posed(2);
+  view.camera = Camera::Pinhole(1, 640, 480, 600, 592, 324, 236);
+  std::vector<float> shares;
+  for (size_t g = 0; g < gaussians.on_ball.size(); ++g) {
+    shares.push_back(gaussians.model.means[3 * g] < 0 ? 0.6f : 0.4f);
+  }
+  const Mask mask = RenderShares(renderer, view, shares, options);
+  const auto is_firm_within = [&](int x, int y, int reach) {
+    for (int v = y - reach; v <= y + reach; ++v) {
+      for (int u = x - reach; u <= x + reach; ++u) {
+        if (mask.Contains(u, v) && mask(u, v) >= 128) return true;
+      }
+    }
+    return false;
+  };
+  int farthest = 0;
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      if (mask(x, y) == 0 || mask(x, y) >= 128) continue;
+      int reach = 1;
+      while (reach < 20 && !is_firm_within(x, y, reach)) ++reach;
+      farthest = std::max(farthest, reach);
+    }
+  }
+  EXPECT_EQ(farthest, 5);
+}
+
 // Dark walls that were trained on black: what lets through more than half of the light is selected
 // where all that it shows is, but not what is hardly there.
 TEST_F(MaskProjectorTest, HalfTransparentSurfacesAreSelectedByWhatTheyShow) {

@@ -480,5 +480,21 @@ TEST(Scissors, StayBesideTheLineBetweenTwoPoints) {
   }
 }
 
+// An edge makes a detour around the line from (20, 75) to (100, 75). A third of that is 26.7.
+TEST(Scissors, FollowEdgesUpToAThirdOfTheLineAway) {
+  for (const int away : {25, 28}) {
+    Image picture(kWidth, kHeight);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        const bool in = y >= (x >= 30 && x < 90 ? 75 - away : 75);
+        for (int c = 0; c < 3; ++c) picture(x, y, c) = in ? 0.9f : 0.1f;
+      }
+    }
+    const Mask mask = CutOut(picture, {{20, 75}, {100, 75}, {100, 85}, {20, 85}});
+    EXPECT_EQ(mask(60, 80), 255) << away;
+    EXPECT_EQ(mask(60, 60), away == 25 ? 255 : 0) << away;
+  }
+}
+
 }  // namespace
 }  // namespace retint
