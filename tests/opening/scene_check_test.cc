@@ -58,10 +58,10 @@ TEST(ColorsTest, OfAnyCoefficientFarOutsideADisplayAreTold) {
   TinyScene scene(41);
   EXPECT_EQ(WarningOfColors(scene.model), "");
   const size_t block = static_cast<size_t>(scene.model.NumShCoeffs()) * 3;
-  scene.model.sh[7 * block] = 170;  // 48 times white
+  scene.model.sh[7 * block] = 177;  // 49.9 times white
   EXPECT_EQ(WarningOfColors(scene.model), "");
   scene.model.sh[9 * block + 5] = -1e30F;
-  scene.model.sh[11 * block] = 200;
+  scene.model.sh[11 * block] = 178;  // 50.2 times
   EXPECT_THAT(
       WarningOfColors(scene.model),
       HasSubstr("colors of 2 Gaussians are far outside what a display shows (Gaussian 9 has "

@@ -138,6 +138,12 @@ TEST(UndistortionTest, FoldedPicturesAreRefused) {
       ThrowsMessage<InputError>(HasSubstr("folds the picture: only ")));
 }
 
+// The fold encloses 35 % and 32 % of the picture.
+TEST(UndistortionTest, AThirdOfThePixelsMustHaveARay) {
+  EXPECT_NO_THROW(Undistort(Make(Id::kSimpleRadial, {250, 160, 120, -1.08})));
+  EXPECT_THROW(Undistort(Make(Id::kSimpleRadial, {250, 160, 120, -1.2})), InputError);
+}
+
 TEST(UndistortionTest, IsDescribed) {
   EXPECT_EQ(DescribeCamera(Camera::Pinhole(1, 64, 48, 50, 50, 32, 24)), "PINHOLE 64x48");
   EXPECT_THAT(DescribeCamera(Make(Id::kSimpleRadial, {250, 160, 120, -0.1})),

@@ -154,14 +154,18 @@ TEST_F(SelectionRound, ThePaintedViewShowsThePaint) {
   EXPECT_EQ(MaskOf(selection, 2).data, half.data);
 }
 
-TEST_F(SelectionRound, WhatTheSceneDecidesMustNotBeSomethingElse) {
-  const Mask whole = Truth(2);
-  EXPECT_TRUE(MayStandFor(whole, whole));
-  EXPECT_FALSE(MayStandFor(LeftOf(whole, ColumnAt(0.7), true), whole));
-  EXPECT_TRUE(MayStandFor(LeftOf(whole, ColumnAt(0.9), true), whole));
-  EXPECT_FALSE(MayStandFor(whole, LeftOf(whole, ColumnAt(0.4), true)));
-  EXPECT_TRUE(MayStandFor(whole, LeftOf(whole, ColumnAt(0.6), true)));
-  EXPECT_FALSE(MayStandFor(whole, Mask(whole.width, whole.height)));
+TEST(MayStandForTest, WhatTheSceneDecidesIsHalfToFiveQuartersOfThePaint) {
+  const auto of_pixels = [](int count) {
+    Mask mask(20, 10);
+    std::fill_n(mask.data.begin(), count, uint8_t{255});
+    return mask;
+  };
+  for (const int count : {50, 100, 125}) {
+    EXPECT_TRUE(MayStandFor(of_pixels(100), of_pixels(count))) << count;
+  }
+  for (const int count : {0, 49, 126, 200}) {
+    EXPECT_FALSE(MayStandFor(of_pixels(100), of_pixels(count))) << count;
+  }
 }
 
 TEST_F(SelectionRound, AViewPaintedAgainReplacesItsPaint) {
