@@ -18,7 +18,7 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-FOLDERS = ("src/selection", "src/recolor", "src/session/pictures", "src/session/opening", "src/depth")
+FOLDERS = [f"src/{name}" for name in ("selection", "recolor", "selecting", "editing", "opening", "depth")]
 DEFINITION = re.compile(r"^[ \t]*(?:static |inline )*constexpr\s+[\w:<>, ]+?\s+(k\w+\s*=\s*[^;]*);", re.M)
 NUMBER = re.compile(r"(k\w+)\s*=\s*(-?[\d.][^,]*)")
 
@@ -71,7 +71,11 @@ KINDS = {
         opening/virtual_views.cc: kNearest""",
     "promised": """
         selection/completion.cc: kKnownFraction kPaintedFraction kReach
-        recolor/mm_solver.cc: kSquaredSweeps""",
+        selection/mask_tools/scissors.cc: kReach
+        selection/share_renderer.cc: kSoftBorder
+        recolor/mm_solver.cc: kSquaredSweeps
+        selecting/selection_pipeline.cc: kLeast kMost
+        opening/scene_check.cc: kMostColor""",
     "measured": """
         selection/completion.cc: kSmoothness kLogPrior kColorSamples
         selection/gaussian_graph.cc: kNeighbors kColorSigma
