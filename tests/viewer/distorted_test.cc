@@ -32,19 +32,11 @@ class DistortedTest : public DistortedFixture {
     return deepest;
   }
 
-  // Over the photos in which the object takes at least a hundred pixels, in their own pixels.
+  // Of the photos, in their own pixels.
   double MeanIou() {
     const auto facts = controller().facts();
     const Pictures pictures(*facts->workspace, Pixels::kPhoto);
-    const auto masks = pictures.FromViews(Selection()->masks);
-    double sum = 0;
-    int count = 0;
-    for (const auto& [name, truth] : scene_->Masks(subject_.object)) {
-      if (std::count(truth.data.begin(), truth.data.end(), uint8_t{255}) < 100) continue;
-      sum += IouOf(masks.at(name), truth);
-      ++count;
-    }
-    return sum / std::max(1, count);
+    return retint::MeanIou(pictures.FromViews(Selection()->masks), scene_->Masks(subject_.object));
   }
 
   // Written, and opened again.

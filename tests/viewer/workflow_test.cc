@@ -40,17 +40,7 @@ class WorkflowTest : public ViewerTest {
     return mask;
   }
 
-  // Over the views in which the object takes at least a hundred pixels.
-  double MeanIou() {
-    double sum = 0;
-    int count = 0;
-    for (const auto& [name, truth] : scene_->Masks(subject_.object)) {
-      if (std::count(truth.data.begin(), truth.data.end(), uint8_t{255}) < 100) continue;
-      sum += IouOf(Selection()->masks.at(name), truth);
-      ++count;
-    }
-    return sum / std::max(1, count);
-  }
+  double MeanIou() { return retint::MeanIou(Selection()->masks, scene_->Masks(subject_.object)); }
 
   bool Painting() { return WaitPainting(*window_); }
   void Paint(const Mask& mask, Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
