@@ -95,13 +95,15 @@ py::array Apply(const ColorEdit& edit, const Floats& colors) {
 
 std::string Documentation() {
   std::string text =
-      "What is done to colors: a list of operations, in order. Each keyword is an operation, its "
-      "value what the command line takes as text, or a number, a sequence of numbers, a dict of "
-      "its "
-      "parameters, or True for one without any:\n"
-      "  Edit(tint='#3060ff', exposure=0.5), Edit(to={'color': [0.2, 0.4, 1]}), Edit(invert=True)\n"
-      "An operation that comes twice is another edit, joined with +. docs/edits.md has them all.\n"
-      "\nOperations:\n";
+      "A list of operations on colors, in order. Each keyword is an operation. Its value is "
+      "the text that the command line accepts, a number, a sequence of numbers, a dict of "
+      "parameters, or True for an operation without parameters:\n"
+      "  Edit(tint='#3060ff', exposure=0.5), Edit(to={'color': [0.2, 0.4, 1]}), "
+      "Edit(invert=True)\n"
+      "To use an operation twice, join two edits with +. docs/edits.md explains every "
+      "operation.\n"
+      "\n"
+      "Operations:\n";
   for (const ColorOperationType& type : ColorOperationTypes()) {
     text += "  " + Keyword(type) + (*type.syntax != 0 ? std::string("=") + type.syntax : "=True") +
             "  " + type.help + "\n";
@@ -114,28 +116,36 @@ std::string Documentation() {
 void BindEdit(py::module_& module) {
   static const std::string documentation = Documentation();
   py::class_<ColorEdit>(module, "Edit", documentation.c_str())
-      .def(py::init(&MakeEdit))
+      .def(py::init(&MakeEdit),
+           "Makes an edit from operations, as above, in the order of the keywords. False and None "
+           "leave an operation out. OptionError for an unknown name or a bad value.")
       .def_static(
           "from_json", [](const std::string& text) { return EditFromJson(text, "."); },
-          py::arg("text"), "From the JSON of an edit's file (docs/formats.md).")
+          py::arg("text"),
+          "Makes an edit from the JSON of an edit file (docs/files-report.md). OptionError names "
+          "the operation at fault.")
       .def_static(
           "read", [](const py::object& path) { return ReadEdit(ToPath(path)); }, py::arg("path"),
-          "Reads an edit's file (.json).")
+          "Reads an edit file, or the edit of a report (.json). InputError if it is missing or "
+          "wrong.")
       .def(
           "to_json", [](const ColorEdit& edit) { return EditToJson(edit, /*with_tables=*/true); },
-          "As JSON on one line, with the values of lookup tables.")
+          "The edit as JSON on one line, with the values of lookup tables.")
       .def("apply", &Apply, py::arg("colors"),
-           "Colors [..., 3], RGB in [0, 1] as stored, through the edit: float32 of that shape. Not "
-           "clamped. OptionError for an edit that waits for a region's main color.")
+           "Applies the edit to colors [..., 3], RGB in [0, 1] as stored. Returns float32 of the "
+           "same shape, not clamped. OptionError if an operation needs a region's main color, for "
+           "example `to`.")
       .def_property_readonly(
           "operations",
           // The type is declared: deduced, it is an accessor that outlives what it points into.
           [](const ColorEdit& edit) -> py::list {
             return FromJson(EditToJson(edit, /*with_tables=*/false))["operations"];
           },
-          "list of dict, as in the file.")
-      .def_readonly("strength", &ColorEdit::strength, "From 0, nothing, to 1, the whole list.")
-      .def("__add__", &Joined, py::arg("other"), "The operations of both, in order.")
+          "The operations as dicts, as an edit file has them.")
+      .def_readonly("strength", &ColorEdit::strength, "From 0, no change, to 1, the whole edit.")
+      .def("__add__", &Joined, py::arg("other"),
+           "An edit with the operations of both, in order. OptionError if one has a strength "
+           "below 1.")
       .def("__eq__", [](const ColorEdit& a, const ColorEdit& b) { return a == b; })
       .def("__repr__", [](const ColorEdit& edit) {
         return "<retint.Edit " + EditToJson(edit, /*with_tables=*/false) + ">";

@@ -64,16 +64,19 @@ int RunMain(const std::vector<std::string>& arguments) {
 
 void BindErrors(py::module_& module) {
   const py::handle value_error(PyExc_ValueError), run_time(PyExc_RuntimeError);
-  g_error = MakeException(module, "Error", "What Retint raises; one line, complete on its own.",
-                          py::reinterpret_borrow<py::object>(PyExc_Exception));
+  g_error = MakeException(
+      module, "Error",
+      "Base of all errors of Retint. The message is one line, complete without context.",
+      py::reinterpret_borrow<py::object>(PyExc_Exception));
   const py::handle error(g_error);
   g_option_error = MakeException(module, "OptionError", "A bad option or argument.",
                                  py::make_tuple(error, value_error));
-  g_input_error = MakeException(module, "InputError", "A file or a scene that cannot be used.",
+  g_input_error = MakeException(module, "InputError", "A file or a scene that Retint cannot use.",
                                 py::make_tuple(error, value_error));
-  g_run_error = MakeException(module, "RunError",
-                              "Failure while running: a full disk, an unwritable folder, a device.",
-                              py::make_tuple(error, run_time));
+  g_run_error = MakeException(
+      module, "RunError",
+      "A failure while running: a full disk, a folder without write access, a GPU error.",
+      py::make_tuple(error, run_time));
   py::register_exception_translator([](std::exception_ptr pointer) {
     try {
       if (pointer) std::rethrow_exception(pointer);
@@ -104,11 +107,12 @@ PYBIND11_MODULE(_retint, module) {
   BindRender(module);
   BindTools(module);
   module.def("backends", &AvailableBackends,
-             "Names of the backends that work here: 'cpu', and 'cuda' where built and a device is "
-             "present.");
-  module.def("run_command", &RunMain, py::arg("arguments"),
-             "Runs the command line `retint ARGUMENTS` in this process, printing as it does, and "
-             "returns its exit code: 0 done, 2 usage, 3 input, 4 run time, 130 interrupted.");
+             "Names of the backends that work here: 'cpu', and 'cuda' if it was built in and there "
+             "is a GPU.");
+  module.def(
+      "run_command", &RunMain, py::arg("arguments"),
+      "Runs the command line `retint ARGUMENTS` in this process. It prints as the command "
+      "does and returns its exit code: 0 done, 2 usage, 3 input, 4 run time, 130 interrupted.");
 }
 
 }  // namespace retint::python

@@ -170,19 +170,31 @@ void BindOutlines(py::class_<PySession>& type) {
           py::arg("scissors") = none, py::arg("sphere") = none, py::arg("box") = none,
           py::arg("like") = none, py::arg("snap_edge") = 0, py::arg("this_view_alone") = false,
           py::arg("image") = "render", py::arg("pixels") = "pinhole", py::arg("progress") = none,
-          "The mask of a view, [H, W] uint8, soft, as `retint mask` makes it: selected by one of "
-          "`inside` (and `outside`: strokes, as a mask or as a list of lines [n, 2] in pixels, "
-          "`brush` pixels wide), `mask`, `wand` (x, y[, color[, depth[, normal]]]) or `scissors` "
-          "(anchors [n, 2]); limited by `sphere` (x, y, z, radius) and `box` (x, y, z, x, y, z) in "
-          "the world and by `like` (x, y[, tolerance]), the color of a pixel. `snap_edge`: then "
-          "the border moves to edges at most so many pixels away. `this_view_alone`: what strokes "
-          "leave open in the view is not decided by what other views show. `image`: 'render' or "
-          "'photo', where edges and colors are read. `pixels`: of a 'pinhole' view, or of "
-          "the 'photo' of that name, which its camera may have distorted.")
+          "Selects an object in one view, as `retint mask` does. Returns a soft mask, [H, W] "
+          "uint8.\n"
+          "\n"
+          "One of these selects:\n"
+          "- `inside`, `outside`: strokes on and beside the object, each a mask or a list of "
+          "lines [n, 2] in pixels that are `brush` pixels wide\n"
+          "- `mask`: an array or a path\n"
+          "- `wand`: (x, y[, color[, depth[, normal]]]), a pixel and tolerances\n"
+          "- `scissors`: anchors [n, 2] along the outline, in pixels\n"
+          "\n"
+          "These limit the result:\n"
+          "- `sphere`: (x, y, z, radius) in the world\n"
+          "- `box`: two corners (x, y, z, x, y, z) in the world\n"
+          "- `like`: (x, y[, tolerance]), a pixel of the color to keep\n"
+          "\n"
+          "These change how it is found:\n"
+          "- `snap_edge`: moves the border to edges at most so many pixels away, 0 to 200\n"
+          "- `this_view_alone`: completes strokes from this view only, not from other views\n"
+          "- `image`: 'render' or 'photo', the picture whose edges and colors count\n"
+          "- `pixels`: 'pinhole' for a view, or 'photo' for the photo of that name in its own "
+          "pixels")
       .def("palette", &FindColors, py::arg("of"), py::arg("colors") = 5,
-           "The main colors of Masks, of a Painted or of a list of them, as `retint palette` finds "
-           "them: a "
-           "list of dicts of 'hex', 'color' (RGB in [0, 1]) and 'share', most frequent first.");
+           "Finds the main colors inside Masks, a Painted or a list of them, as `retint palette` "
+           "does. Returns dicts of 'hex', 'color' (RGB in [0, 1]) and 'share' (in [0, 1]), most "
+           "frequent first. InputError if no pixel is selected.");
 }
 
 }  // namespace retint::python

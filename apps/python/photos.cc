@@ -129,21 +129,21 @@ py::dict ToPhotos(PySession& self, const PyMasks& given) {
 void BindPhotos(py::class_<PySession>& type) {
   type.def_property_readonly(
           "photos", &Photos,
-          "list of dict, by name: the photos in their own pixels. 'name', 'width', 'height', "
-          "'views' (the names of the pinhole views that show it) and 'distorted' (False: its only "
-          "view has the photo's own pixels).")
+          "The photos in their own pixels, sorted by name. Each is a dict: 'name', 'width', "
+          "'height', 'views' (names of the pinhole views that show it) and 'distorted' (False if "
+          "its only view has the photo's own pixels).")
       .def("paint_photo", &PaintPhoto, py::arg("photo"), py::arg("mask"),
-           "list of Painted: the mask of a photo, in the photo's own pixels, as the views that "
-           "show it have it; for select(). Masks are given as to paint().")
+           "Pairs the views that show a photo with its mask, given in the photo's own pixels. "
+           "Accepts the same masks as paint() and returns a list for select().")
       .def("render_photo", &RenderPhoto, py::arg("photo"), py::arg("what") = "rgb",
            py::arg("sh") = py::none(),
-           "render() in the photo's own pixels, 0 where no ray leads. Depth is z of the photo's "
-           "camera, or the distance where that camera sees too wide for z.")
+           "render() in the photo's own pixels, 0 if a pixel has no ray. Depth is z of the "
+           "photo's camera, or the distance if that camera sees too wide for z.")
       .def("masks_of_photos", &FromPhotos, py::arg("masks"),
-           "Masks of the views, for add_region(), from a dict of photos' names to masks in the "
-           "photos' own pixels.")
+           "Makes Masks of the views, for add_region(), from a dict of photos' names to masks in "
+           "the photos' own pixels.")
       .def("photo_masks", &ToPhotos, py::arg("masks"),
-           "dict of photos' names to [H, W] uint8: Masks as the photos have them.");
+           "Masks in the photos' own pixels: a dict of photos' names to [H, W] uint8.");
 }
 
 }  // namespace retint::python

@@ -28,8 +28,8 @@ const Layer kLayers[] = {
 };
 constexpr const char* kWhat =
     " `what`: 'rgb' ([H, W, 3] float32, RGB as stored, not clamped above), 'depth' or "
-    "'depth_expected' ([H, W] float32, z in world units, 0 where there is none), 'alpha' ([H, W] "
-    "float32 in [0, 1]); a list of them gives a dict.";
+    "'depth_expected' ([H, W] float32, z in world units, 0 if there is none), or 'alpha' "
+    "([H, W] float32 in [0, 1]); a list of them returns a dict.";
 
 const Layer& FindLayer(const std::string& name) {
   for (const Layer& layer : kLayers) {
@@ -180,22 +180,22 @@ std::shared_ptr<Backend> OpenBackend(const std::string& name) {
 void BindRendering(py::class_<PySession>& type) {
   static const std::string render_doc =
       std::string(
-          "Renders a view (its name, a View or a Camera) of the scene as it is now, or with "
-          "the coefficients `sh` [N, K, 3].") +
+          "Renders the scene with all edits, or with the coefficients `sh` [N, K, 3], from a "
+          "view: its name, a View or a Camera.") +
       kWhat;
   static const std::string depth_doc = [] {
     EditOptions options;
     OptionList list;
     options.select.DescribeDepth(list);
-    return "Estimates the depth of a view (its name, a View or a Camera)." + OptionLines(list);
+    return "Estimates the depth of a view: its name, a View or a Camera." + OptionLines(list);
   }();
   type.def("render", &RenderSession, py::arg("view"), py::arg("what") = "rgb",
            py::arg("sh") = py::none(), render_doc.c_str())
       .def("depth", &SessionDepth, py::arg("view"), py::kw_only(), py::arg("progress") = py::none(),
            depth_doc.c_str())
       .def("seen_from", &SeenFrom, py::arg("region"), py::arg("view"),
-           "A region as a soft mask of any view: [H, W] uint8. Of a Region as it was when it was "
-           "asked for, of an id as it is.");
+           "A region as a soft mask of any view: [H, W] uint8. Pass a Region for its state when "
+           "you got it, or an id for its state now.");
 }
 
 void BindRender(py::module_& module) {
@@ -205,23 +205,24 @@ void BindRender(py::module_& module) {
   module.def("render", &Render, py::arg("splat"), py::arg("view"), py::arg("what") = "rgb",
              py::kw_only(), py::arg("backend") = "auto", py::arg("background") = black,
              render_doc.c_str());
-  module.def("depth", &DepthOf, py::arg("splat"), py::arg("view"), py::kw_only(),
-             py::arg("backend") = "auto", py::arg("progress") = py::none(),
-             "Estimates the depth of a Splat seen from a Camera or a View. Options: those of "
-             "Session.depth(); the methods of COLMAP need a View.");
+  module.def(
+      "depth", &DepthOf, py::arg("splat"), py::arg("view"), py::kw_only(),
+      py::arg("backend") = "auto", py::arg("progress") = py::none(),
+      "Estimates the depth of a Splat from a Camera or a View. COLMAP's methods need a View. "
+      "Options: those of Session.depth().");
   module.def(
       "orbit",
       [](const PosedCamera& start, const std::array<double, 3>& focus,
          const std::array<double, 3>& up,
          int frames) { return OrbitPath(start, ToVector(focus), ToVector(up), frames); },
       py::arg("start"), py::arg("focus"), py::arg("up"), py::arg("frames"),
-      "list of Camera: one turn about the axis `up` through `focus` (both in the world), beginning "
-      "with `start`.");
-  module.def(
-      "options", &TableOf, py::arg("call"), py::arg("preset") = "retint",
-      "The options of 'select', 'depth', 'project' or 'refit': a list of dicts with 'name', "
-      "'applies' (the choice at which the option matters, or ''), 'default', 'range', 'unit' "
-      "and 'help'.");
+      "Cameras of one turn about the axis `up` through the point `focus`, both [3] in the "
+      "world. The first of the `frames` is `start`.");
+  module.def("options", &TableOf, py::arg("call"), py::arg("preset") = "retint",
+             "The options of a call: 'select', 'depth', 'erase', 'project', 'complete', 'refit' or "
+             "'refine_gaussians'. Returns dicts of 'name', 'applies' (the value of another option "
+             "that makes this one matter, or ''), 'default', 'range', 'unit' and 'help'. `preset`: "
+             "'retint' or 'paper'.");
 }
 
 }  // namespace retint::python

@@ -155,29 +155,29 @@ auto OnOptimizer(Work work) {
 
 void BindBackground(py::class_<PySession>& type) {
   type.def("start_refit", &StartRefit, py::kw_only(), py::arg("progress") = py::none(),
-           "refit() on a thread of its own: returns at once with the number of the job, which ends "
-           "the one before it. Options: those of refit(). Its result is taken over by "
-           "wait_refit().")
+           "Starts refit() on a thread and returns at once with the number of the job. It ends "
+           "the job before it. wait_refit() takes the result over. Options: those of refit().")
       .def_property_readonly(
           "refit_state",
           [](PySession& self) {
             return std::string(
                 NameOf(self.Use([](EditSession& s) { return s.refits().optimizer().state(); })));
           },
-          "'idle', 'running', 'paused', 'finished', 'cancelled' or 'failed'.")
+          "State of the background fit: 'idle', 'running', 'paused', 'finished', 'cancelled' or "
+          "'failed'.")
       .def_property_readonly(
           "refit_snapshot", &RefitSnapshot,
-          "The newest state of that fit, or None: a dict of 'job', 'steps', 'finished', 'losses' "
-          "and 'sh' [N, K, 3] float32, which cannot be written to.")
+          "The newest state of the background fit, or None: a dict of 'job', 'steps', "
+          "'finished', 'losses' and 'sh' [N, K, 3] float32, which you cannot write to.")
       .def("pause_refit", OnOptimizer([](BackgroundOptimizer& o) { o.Pause(); }),
-           "Stops after the step in progress, until resume_refit().")
+           "Pauses the background fit after its current step.")
       .def("resume_refit", OnOptimizer([](BackgroundOptimizer& o) { o.Resume(); }),
-           "Goes on after pause_refit().")
+           "Continues after pause_refit().")
       .def("cancel_refit", OnOptimizer([](BackgroundOptimizer& o) { o.Cancel(); }),
-           "Ends the fit; regions that are done keep theirs.")
+           "Ends the background fit. Regions that are done keep their results.")
       .def("wait_refit", &WaitRefit, py::arg("progress") = py::none(),
-           "Waits while the fit runs, takes its results over, and returns the state. RunError when "
-           "it failed. Returns at once while it is paused.");
+           "Waits until the background fit ends, takes its results over, and returns its state. "
+           "Returns at once if the fit is paused. RunError if it failed.");
 }
 
 }  // namespace
@@ -186,20 +186,19 @@ void BindRounds(py::class_<PySession>& type) {
   type.def("select_round", &SelectRound, py::arg("view"), py::arg("mask"),
            py::arg("region") = py::none(), py::arg("before") = py::none(), py::kw_only(),
            py::arg("progress") = py::none(),
-           "Masks after one more round of painting. `mask` is the whole selection as it should be "
-           "seen in that view, `before` what was seen of it when painting began (None: nothing), "
-           "`region` a Region or its id to go on from (None: a first round). What the newest round "
-           "removed or added holds in the rounds before it too. Options: those of select() and "
-           "project(). "
-           "InputError when nothing is left selected.")
+           "Makes Masks after one more round of painting. `mask`: the whole selection as that "
+           "view should show it. `before`: the selection that the view showed before you painted; "
+           "None if it showed nothing. `region`: a Region or its id to continue from; None for a "
+           "first round. Pixels that you add or remove also change the rounds before. Options: "
+           "those of select() and project(). InputError if nothing is left selected.")
       .def("set_selection", &SetSelection, py::arg("region"), py::arg("masks"),
-           py::arg("progress") = py::none(),
-           "Gives a region other masks, as a step that undo() takes back.")
+           py::arg("progress") = py::none(), "Gives a region other masks. undo() takes it back.")
       .def("suggest", &Suggest, py::arg("masks"), py::arg("count") = 5,
            py::arg("progress") = py::none(),
-           "The views whose paint would decide most of what is uncertain in the Masks of "
-           "project(), best first: a list of dicts with 'view', 'settles' and 'fraction' in [0, "
-           "1]. The first `count` take into account what those before them settle.");
+           "Suggests the views to paint next, best first: those that show most of the Gaussians "
+           "that the Masks of project() are unsure of. Returns dicts of 'view', 'settles' and "
+           "'fraction' (of all uncertain pixels, in [0, 1]). Each of the first `count` assumes "
+           "that you painted those before it. OptionError if the Masks come without a completion.");
   BindBackground(type);
 }
 

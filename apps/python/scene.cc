@@ -75,17 +75,22 @@ PosedCamera MakeCamera(int width, int height, double fx, double fy, double cx, d
 }
 
 void BindCamera(py::module_& module) {
-  py::class_<PosedCamera>(module, "Camera",
-                          "A pinhole camera and where it stands. x right, y down, z forward; pixel "
-                          "(x, y) covers [x, x+1) x [y, y+1).")
+  py::class_<PosedCamera>(
+      module, "The view's Camera.",
+      "A pinhole camera and its pose. x points right, y down, z forward; pixel (x, y) covers "
+      "[x, x+1) x [y, y+1).")
       .def(py::init(&MakeCamera), py::arg("width"), py::arg("height"), py::arg("fx"), py::arg("fy"),
            py::arg("cx"), py::arg("cy"), py::arg("cam_from_world") = py::none(),
-           "Size, focal lengths and principal point in pixels; cam_from_world [3, 4] or [4, 4], "
-           "x_in_cam = R x_in_world + t.")
+           "`width`, `height`, the focal lengths `fx` and `fy` and the principal point `cx`, `cy` "
+           "are in pixels. `cam_from_world` is a matrix [3, 4] or [4, 4], x_in_cam = R x_in_world "
+           "+ t; without it the camera stands at the origin. OptionError if a size is not "
+           "positive, or the matrix is not a rotation and a translation.")
       .def_property_readonly(
-          "width", [](const PosedCamera& c) { return c.camera.width; }, "Pixels.")
+          "width", [](const PosedCamera& c) { return c.camera.width; },
+          "Width of the image, in pixels.")
       .def_property_readonly(
-          "height", [](const PosedCamera& c) { return c.camera.height; }, "Pixels.")
+          "height", [](const PosedCamera& c) { return c.camera.height; },
+          "Height of the image, in pixels.")
       .def_property_readonly(
           "model",
           [](const PosedCamera& c) {
@@ -95,7 +100,7 @@ void BindCamera(py::module_& module) {
           "COLMAP's name of the camera model.")
       .def_property_readonly(
           "params", [](const PosedCamera& c) { return c.camera.params; },
-          "COLMAP's parameters in its order, pixels.")
+          "COLMAP's parameters in COLMAP's order, in pixels.")
       .def_property_readonly(
           "K",
           [](const PosedCamera& c) {
@@ -108,13 +113,13 @@ void BindCamera(py::module_& module) {
             }
             return matrix;
           },
-          "[3, 3] float64, pixels.")
+          "[3, 3] float64: the calibration matrix, in pixels.")
       .def_property_readonly(
           "cam_from_world", [](const PosedCamera& c) { return FromPose(c.cam_from_world); },
-          "[4, 4] float64.")
+          "[4, 4] float64: from the world to the camera's frame.")
       .def_property_readonly(
           "center", [](const PosedCamera& c) { return FromVector(c.Center()); },
-          "[3] float64: where the camera stands, in the world.")
+          "[3] float64: the camera's position in the world.")
       .def("__repr__", [](const PosedCamera& c) {
         return "<retint.Camera " + std::to_string(c.camera.width) + "x" +
                std::to_string(c.camera.height) + ">";
@@ -149,7 +154,7 @@ void BindWorkspace(py::module_& module) {
   py::class_<PyView>(module, "View", "A posed image of a workspace.")
       .def_property_readonly(
           "name", [](const PyView& v) { return v.view->name; },
-          "Relative to the image folder, '/' separated.")
+          "The photo's name relative to the image folder, with '/' between folders.")
       .def_property_readonly(
           "id", [](const PyView& v) { return v.view->id; }, "COLMAP's image id.")
       .def_property_readonly(
@@ -157,42 +162,44 @@ void BindWorkspace(py::module_& module) {
           "Camera")
       .def_property_readonly(
           "photo_path", [](const PyView& v) { return FromPath(v.workspace->PhotoPath(*v.view)); },
-          "pathlib.Path; the file need not exist.")
+          "Path of the photo. The file may be missing.")
       .def(
           "photo", [](const PyView& v) { return FromPixels(v.workspace->ReadPhoto(*v.view)); },
-          "Reads the photo: [H, W, 3] float32, RGB in [0, 1] as stored.")
+          "Reads the photo: [H, W, 3] float32, RGB in [0, 1] as stored. InputError if the file "
+          "is missing or damaged.")
       .def("__repr__", [](const PyView& v) { return "<retint.View " + v.view->name + ">"; });
   py::class_<PyWorkspace>(module, "Workspace",
                           "A COLMAP workspace: cameras, posed images (views) and sparse points.")
-      .def(
-          py::init([](const py::object& path, const py::object& images, const std::string& model) {
-            const auto root = ToPath(path), folder = ToPath(images);
-            const py::gil_scoped_release unlocked;
-            return PyWorkspace{std::make_shared<Workspace>(Workspace::Open(root, folder, model))};
-          }),
-          py::arg("path"), py::arg("images") = py::none(), py::arg("model") = "",
-          "Opens the folder: sparse/0, sparse or the model itself, text or binary. `images` is the "
-          "folder of the photos, where it is not PATH/images. `model` names the sparse model where "
-          "there are several. InputError for damaged files.")
+      .def(py::init([](const py::object& path, const py::object& images, const std::string& model) {
+             const auto root = ToPath(path), folder = ToPath(images);
+             const py::gil_scoped_release unlocked;
+             return PyWorkspace{std::make_shared<Workspace>(Workspace::Open(root, folder, model))};
+           }),
+           py::arg("path"), py::arg("images") = py::none(), py::arg("model") = "",
+           "Opens a folder with a model in `sparse/0`, `sparse` or the folder itself, text or "
+           "binary. `images`: the folder of the photos, by default PATH/images. `model`: the name "
+           "of the sparse model, if there are several. InputError for missing or damaged files.")
       .def_property_readonly(
-          "root", [](const PyWorkspace& w) { return FromPath(w.data->root); }, "pathlib.Path")
-      .def_property_readonly("views", &ViewsOf, "list of View, by name")
-      .def_property_readonly("points", &SparsePoints,
-                             "The sparse points, by id: ([P, 3] float64 in the world, [P, 3] uint8 "
-                             "RGB).")
+          "root", [](const PyWorkspace& w) { return FromPath(w.data->root); },
+          "The workspace's folder.")
+      .def_property_readonly("views", &ViewsOf, "Every View, sorted by name.")
+      .def_property_readonly(
+          "points", &SparsePoints,
+          "The sparse points, sorted by id: positions [P, 3] float64 in the world, and colors "
+          "[P, 3] uint8, RGB.")
       .def_property_readonly(
           "warnings", [](const PyWorkspace& w) { return w.data->warnings; },
-          "list of str: what is odd about the files.")
+          "One line for each oddity of the files.")
       .def("__len__", [](const PyWorkspace& w) { return w.data->reconstruction.views.size(); })
       .def(
           "__getitem__",
           [](const PyWorkspace& w, const std::string& name) {
             return PyView{w.data, &w.data->RequireView(name)};
           },
-          py::arg("name"), "The view of that name; InputError when there is none.")
+          py::arg("name"), "The view of that name. InputError if there is none.")
       .def(
           "__iter__", [](const PyWorkspace& w) { return py::iter(py::cast(ViewsOf(w))); },
-          "Over the views.")
+          "Iterates over the views, sorted by name.")
       .def("__repr__", [](const PyWorkspace& w) {
         return "<retint.Workspace " + std::to_string(w.data->reconstruction.views.size()) +
                " views, " + std::to_string(w.data->reconstruction.points.size()) + " points>";
@@ -223,20 +230,21 @@ const SplatArray kArrays[] = {
      [](const GaussianModel& m) {
        return Shape{Count(m), 4};
      },
-     "[N, 4] float32: rotations w, x, y, z, not normalized."},
+     "[N, 4] float32: rotations as quaternions w, x, y, z, not normalized."},
     {"log_scales", &GaussianModel::log_scales,
      [](const GaussianModel& m) {
        return Shape{Count(m), 3};
      },
-     "[N, 3] float32: the standard deviation along each own axis is exp(.), world units."},
+     "[N, 3] float32: natural logarithms of the standard deviations along the Gaussian's "
+     "own axes, in world units."},
     {"opacity_logits", &GaussianModel::opacity_logits,
      [](const GaussianModel& m) { return Shape{Count(m)}; },
-     "[N] float32: the opacity is 1 / (1 + exp(-.))."},
+     "[N] float32: opacities before the sigmoid; the opacity is 1 / (1 + exp(-x))."},
     {"sh", &GaussianModel::sh,
      [](const GaussianModel& m) {
        return Shape{Count(m), m.NumShCoeffs(), 3};
      },
-     "[N, K, 3] float32: spherical harmonics, K = (degree + 1)^2."},
+     "[N, K, 3] float32: spherical harmonics of the colors, K = (degree + 1)^2."},
 };
 
 const SplatArray& FindArray(const std::string& name) {
@@ -362,36 +370,40 @@ PySplat FromState(const py::tuple& state) {
 void BindSplat(py::module_& module) {
   py::class_<PySplat> type(
       module, "Splat",
-      "A 3D Gaussian Splatting scene: raw values as the training code stores them, in arrays that "
-      "show its memory. What is written into an array is in the splat; an array keeps its splat "
-      "alive. The arrays of a session's own splat cannot be written to.");
+      "A 3D Gaussian Splatting scene with the raw values of the training code. Its arrays "
+      "share the splat's memory: if you write to an array, you change the splat, and an "
+      "array keeps its splat alive. You cannot write to the arrays of a session's own splat.");
   type.def(py::init(&FromArrays), py::arg("means"), py::arg("quats_wxyz"), py::arg("log_scales"),
            py::arg("opacity_logits"), py::arg("sh"),
-           "From arrays, which are copied; OptionError when their shapes do not fit.")
-      .def_static("read", &ReadFrom, py::arg("path"), py::arg("progress") = py::none(),
-                  "Reads a file of any supported format. InputError when it is missing, damaged or "
-                  "of no known format.")
+           "Copies the arrays, which the attributes below describe. OptionError if their shapes "
+           "do not fit together.")
+      .def_static(
+          "read", &ReadFrom, py::arg("path"), py::arg("progress") = py::none(),
+          "Reads a file of any supported format. InputError if it is missing, damaged or of no "
+          "known format.")
       .def("write", &WriteTo, py::arg("path"), py::arg("progress") = py::none(),
-           "Writes the format of the extension, whole or not at all. What was read and not changed "
-           "keeps its bytes. OptionError for an unknown extension, RunError when it cannot be "
-           "written.")
+           "Writes the format of the file's extension, whole or not at all. Values that did not "
+           "change keep the bytes of the file that you read. OptionError for an unknown "
+           "extension, RunError if the file cannot be written.")
       .def(
           "copy",
           [](const PySplat& s) { return PySplat{std::make_shared<GaussianModel>(*s.data)}; },
-          "A splat of its own, which can be written to.")
+          "A copy that you can write to.")
       .def_property_readonly(
           "sh_degree", [](const PySplat& s) { return s.data->sh_degree; },
           "Degree of the spherical harmonics, 0 to 3.")
       .def_property_readonly(
           "comments", [](const PySplat& s) { return s.data->source.comments; },
-          "list of str: the comments of the file.")
+          "The comments of the file that you read.")
       .def("__len__", [](const PySplat& s) { return s.data->NumGaussians(); })
       .def(
           "__getitem__",
           [](const PySplat& s, const std::string& name) { return ArrayOf(s, FindArray(name)); },
-          py::arg("name"), "An array by its name, as the attribute of that name.")
+          py::arg("name"),
+          "The array of that name, for example `splat['means']`. KeyError if there is none.")
       .def("__setitem__", &SetArray, py::arg("name"), py::arg("values"),
-           "Copies values of the same shape into an array.")
+           "Copies values of the same shape into the array of that name. OptionError for another "
+           "shape, or if you cannot write to the splat.")
       .def(
           "keys",
           [](const PySplat&) {
@@ -399,7 +411,7 @@ void BindSplat(py::module_& module) {
             for (const SplatArray& array : kArrays) names.emplace_back(array.name);
             return names;
           },
-          "list of str: the names of the arrays.")
+          "The names of the arrays.")
       .def(py::pickle(&StateOf, &FromState))
       .def("__repr__", [](const PySplat& s) {
         return "<retint.Splat " + std::to_string(s.data->NumGaussians()) +
@@ -415,12 +427,15 @@ void BindSplat(py::module_& module) {
 void BindPictures(py::module_& module) {
   module.def(
       "read_image", [](const py::object& path) { return FromPixels(ReadImage(ToPath(path))); },
-      py::arg("path"), "A picture: [H, W, 3] float32, RGB in [0, 1] as stored.");
+      py::arg("path"),
+      "Reads a picture: [H, W, 3] float32, RGB in [0, 1] as stored. InputError if it is "
+      "missing or damaged.");
   module.def(
       "read_mask", [](const py::object& path) { return FromPixels(ReadMask(ToPath(path))); },
       py::arg("path"),
-      "A mask from a picture: [H, W] uint8, 0 outside and 255 inside. Where the picture is "
-      "transparent somewhere its alpha, else the largest of its color channels.");
+      "Reads a mask from a picture: [H, W] uint8, 0 outside and 255 inside. If the picture "
+      "has transparent pixels, its alpha is the mask; otherwise the largest color channel "
+      "is. InputError if it is missing or damaged.");
   module.def(
       "write_png",
       [](const py::object& path, const py::object& pixels) {
@@ -433,9 +448,8 @@ void BindPictures(py::module_& module) {
         }
       },
       py::arg("path"), py::arg("pixels"),
-      "Writes an image [H, W, 3] or a mask [H, W] as an 8-bit PNG; floats of an image are clamped "
-      "to "
-      "[0, 1].");
+      "Writes an image [H, W, 3] or a mask [H, W] as an 8-bit PNG. Floats of an image are "
+      "clamped to [0, 1]. RunError if the file cannot be written.");
 }
 
 }  // namespace

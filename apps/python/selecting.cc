@@ -114,32 +114,34 @@ void BindSelecting(py::class_<PySession>& type) {
     return OptionLines(list);
   };
   static const std::string select_doc =
-      "The 3D selection of what was painted: depth, points, registration to the sparse points. "
-      "`painted` is a Painted, or a list of them, each of another view." +
+      "Finds the painted surface in 3D: estimates depth, samples points, and registers them "
+      "to the sparse points. `painted` is a Painted, or a list of them. OptionError if a "
+      "view is painted twice." +
       lines([](EditOptions& o, OptionList& list) { o.select.Describe(list); });
   static const std::string project_doc =
-      "The selection as a mask of every view, completed where no painted view looked "
-      "(`completion`)." +
+      "Makes a mask of every view from a selection. The option `completion` adds sides that "
+      "no painted view shows." +
       lines([](EditOptions& o, OptionList& list) { o.projector.Describe(list); });
-  type.def(
-          "paint", &Paint, py::arg("view"), py::arg("mask"),
-          "Painted: a view's name and its mask, an array [H, W] of bool, uint8 (0 outside, 255 "
-          "inside) or floats in [0, 1], or the path of a picture. InputError when no pixel is set.")
+  type.def("paint", &Paint, py::arg("view"), py::arg("mask"),
+           "Pairs a view with its mask: an array [H, W] of the view's size (bool, uint8 with 0 "
+           "outside and 255 inside, or floats in [0, 1]), or the path of a picture. InputError if "
+           "there is no such view or no pixel is set.")
       .def("select", &Select, py::arg("painted"), py::kw_only(), py::arg("progress") = py::none(),
            select_doc.c_str())
       .def("erase", &EraseFrom, py::arg("selection"), py::arg("view"), py::arg("mask"),
            py::kw_only(), py::arg("progress") = py::none(),
-           "A selection without the points that are seen inside the mask of that view. Options: "
-           "those of depth().")
+           "The selection without the points that the mask of that view shows. Options: those of "
+           "depth().")
       .def("project", &Project, py::arg("selection"), py::kw_only(),
            py::arg("progress") = py::none(), project_doc.c_str())
       .def("complete", &Complete, py::arg("selection"), py::arg("reach") = "near", py::kw_only(),
            py::arg("progress") = py::none(),
-           "project() with completion=REACH: 'near' adds the sides of the object that no painted "
-           "view sees, 'all' also other things that look the same, 'off' neither.")
+           "project() with the option completion=REACH: 'near' adds the object's sides that no "
+           "painted view shows, 'all' also other things that look the same, 'off' nothing. "
+           "Options: those of project().")
       .def("read_masks", &ReadMasksFrom, py::arg("folder"),
-           "Masks from FOLDER/<image name>.png, with the shares beside them where these belong to "
-           "the masks.");
+           "Reads `FOLDER/<image name>.png`, and the coverage of Gaussians (shares.bin) if it "
+           "belongs to these masks. InputError if a file is missing or damaged.");
 }
 
 }  // namespace retint::python

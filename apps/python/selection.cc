@@ -102,29 +102,32 @@ void BindDepth(py::module_& module) {
             const auto& depth = self.cast<const DepthEstimate&>().depth;
             return ViewOf(depth.data.data(), ShapeOf(depth), {}, self);
           },
-          "[H, W] float32: z along the viewing axis, world units; 0 where there is none.")
+          "[H, W] float32: z along the viewing axis, in world units; 0 if a pixel has no depth.")
       .def_property_readonly(
           "valid",
           [](const py::object& self) {
             return FromMask(self.cast<const DepthEstimate&>().valid, self);
           },
-          "[H, W] uint8: 255 measured by the method itself, 0 filled in or unknown.")
+          "[H, W] uint8: 255 if the method measured the pixel; 0 if the depth is filled in or "
+          "unknown.")
       .def_readonly("valid_fraction", &DepthEstimate::valid_fraction,
-                    "In [0, 1]: how much of the view is valid.")
-      .def_readonly("method", &DepthEstimate::method, "The method's name: 'stereo-hv' and others.")
-      .def_readonly("reason", &DepthEstimate::reason, "What was done, in a line.")
-      .def_readonly("warning", &DepthEstimate::warning, "What was asked for and not done, or ''.")
+                    "Fraction of valid pixels, in [0, 1].")
+      .def_readonly("method", &DepthEstimate::method, "The method's name, for example 'stereo-hv'.")
+      .def_readonly("reason", &DepthEstimate::reason, "How the depth was found, in one line.")
+      .def_readonly("warning", &DepthEstimate::warning,
+                    "Which of the options could not be met, or ''.")
       .def(
           "write",
           [](const DepthEstimate& self, const py::object& path) {
             WriteDepthMap(ToPath(path), self.depth);
           },
-          py::arg("path"), "Writes COLMAP's dense depth map (.bin).")
+          py::arg("path"),
+          "Writes the depth as COLMAP's dense depth map (.bin). RunError if it cannot be written.")
       .def("__repr__", [](const DepthEstimate& self) {
         return fmt::format("<retint.Depth {}x{} by {}, {:.0f} % valid>", self.depth.width,
                            self.depth.height, self.method, 100 * self.valid_fraction);
       });
-  py::class_<PaintedView>(module, "Painted", "A view and the mask that was painted on it.")
+  py::class_<PaintedView>(module, "Painted", "A view and its painted mask.")
       .def_readonly("view", &PaintedView::name, "The view's name.")
       .def_readonly("camera", &PaintedView::camera, "The view's Camera.")
       .def_property_readonly(
@@ -141,9 +144,10 @@ void BindDepth(py::module_& module) {
 
 void BindCloud(py::module_& module) {
   using P = const SelectionPoint&;
-  py::class_<PySelection>(module, "Selection",
-                          "A selection in 3D: a point for each painted pixel that was sampled. "
-                          "Arrays show its memory and cannot be written to.")
+  py::class_<PySelection>(
+      module, "Selection",
+      "A selection in 3D: one point for each painted pixel that was sampled. Arrays share "
+      "its memory; you cannot write to them.")
       .def_static(
           "read",
           [](const py::object& path) {
@@ -151,33 +155,37 @@ void BindCloud(py::module_& module) {
             selection.source.cloud = ReadCloud(ToPath(path));
             return selection;
           },
-          py::arg("path"), "Reads a point cloud (.ply) of Retint's or any with x y z.")
+          py::arg("path"),
+          "Reads a point cloud (.ply) that Retint wrote, or another one with x, y and z. "
+          "InputError if it is missing or damaged.")
       .def(
           "write",
           [](const PySelection& self, const py::object& path) {
             WriteCloud(ToPath(path), self.source.cloud);
           },
-          py::arg("path"), "Writes the points (.ply).")
+          py::arg("path"), "Writes the points as .ply. RunError if it cannot be written.")
       .def_property_readonly("positions", PointsOf([](P p) { return p.position.data(); }, 3),
-                             "[P, 3] float32, world.")
+                             "[P, 3] float32: positions in the world.")
       .def_property_readonly("normals", PointsOf([](P p) { return p.normal.data(); }, 3),
-                             "[P, 3] float32, world, unit, towards the camera.")
+                             "[P, 3] float32: unit normals in the world, toward the camera.")
       .def_property_readonly("colors", PointsOf([](P p) { return p.color.data(); }, 3),
-                             "[P, 3] uint8, RGB.")
+                             "[P, 3] uint8: RGB of the photo or render.")
       .def_property_readonly("footprints", PointsOf([](P p) { return &p.footprint; }, 0),
-                             "[P] float32: world size of a pixel there.")
+                             "[P] float32: size of a pixel at the point, in world units.")
       .def_property_readonly("confidences", PointsOf([](P p) { return &p.confidence; }, 0),
-                             "[P] float32: 1 depth measured, 0.5 filled in.")
+                             "[P] float32: 1 if the depth was measured, 0.5 if it was filled in.")
       .def_property_readonly("coverages", PointsOf([](P p) { return &p.coverage; }, 0),
-                             "[P] float32 in (0, 1]: the soft mask's value.")
-      .def_property_readonly("source", PointsOf([](P p) { return &p.source; }, 0),
-                             "[P] uint16: index into `sources`.")
+                             "[P] float32 in (0, 1]: value of the soft painted mask.")
+      .def_property_readonly(
+          "source", PointsOf([](P p) { return &p.source; }, 0),
+          "[P] uint16: index into `sources`, the view that the point comes from.")
       .def_property_readonly(
           "sources", [](const PySelection& self) { return self.source.cloud.sources; },
-          "list of str: names of the painted views.")
+          "Names of the painted views.")
       .def_property_readonly(
-          "painted", [](const PySelection& self) { return self.source.painted; }, "list of Painted")
-      .def_readonly("depths", &PySelection::depths, "list of Depth, one a painted view")
+          "painted", [](const PySelection& self) { return self.source.painted; },
+          "The painted views.")
+      .def_readonly("depths", &PySelection::depths, "The depth of each painted view.")
       .def_property_readonly(
           "reports",
           [](const PySelection& self) {
@@ -186,8 +194,9 @@ void BindCloud(py::module_& module) {
               list.append(FromPainted(report));
             return list;
           },
-          "list of dict: what became of each painted view.")
-      .def("__add__", &Joined, py::arg("other"), "A selection with the points of both.")
+          "One dict for each painted view: its depth, sampled points and registration.")
+      .def("__add__", &Joined, py::arg("other"),
+           "A selection with the points of both. OptionError if a view is painted in both.")
       .def("__len__", [](const PySelection& self) { return self.source.cloud.points.size(); })
       .def("__repr__", [](const PySelection& self) {
         return "<retint.Selection " + std::to_string(self.source.cloud.points.size()) + " points>";
@@ -197,30 +206,31 @@ void BindCloud(py::module_& module) {
 void BindMasks(py::module_& module) {
   py::class_<PyMasks>(
       module, "Masks",
-      "Soft masks by image name and, where they come from a projection, the share of "
-      "each Gaussian. Arrays cannot be written to.")
+      "Soft masks by image name. Masks of a projection also know the coverage of each "
+      "Gaussian (`shares`). You cannot write to the arrays.")
       .def(py::init(&MasksFromDict), py::arg("masks"), py::arg("shares") = py::none(),
-           "From a dict of image names to masks ([H, W] arrays or paths) and shares [N] in [0, 1]; "
-           "without shares they are computed from the masks when a region is made.")
+           "`masks`: a dict of image names to masks, arrays [H, W] or paths. `shares`: the "
+           "coverage of each Gaussian, [N] in [0, 1]; without it, add_region() computes it from "
+           "the masks.")
       .def("write", &WriteMasksTo, py::arg("folder"), py::arg("progress") = py::none(),
-           "Writes FOLDER/<image name>.png and, where they are known, shares.bin and "
-           "confidence.bin.")
+           "Writes `FOLDER/<image name>.png` and, if known, shares.bin and confidence.bin.")
       .def_property_readonly(
           "shares",
           [](const py::object& self) {
             return SharesView(self.cast<const PyMasks&>().shares, self);
           },
-          "[N] float32 in [0, 1]; [0] where unknown.")
+          "[N] float32 in [0, 1]: how much of each Gaussian is inside; [0] if unknown.")
       .def_property_readonly(
           "confidence",
           [](const py::object& self) {
             return SharesView(self.cast<const PyMasks&>().confidence, self);
           },
-          "[N] float32 in [0, 1]: how sure each share is, 1 where paint shows it; [0] without a "
-          "completion.")
-      .def_readonly("warning", &PyMasks::warning,
-                    "Why shares beside the masks were left aside, which painted views' masks hold "
-                    "less than half of the paint, or ''.")
+          "[N] float32 in [0, 1]: how sure each value of `shares` is, 1 if a painted view shows "
+          "it; [0] without completion.")
+      .def_readonly(
+          "warning", &PyMasks::warning,
+          "Why `shares` of a folder were ignored, or which painted views kept less than half of "
+          "their mask; otherwise ''.")
       .def(
           "keys",
           [](const py::object& self) {
@@ -232,7 +242,7 @@ void BindMasks(py::module_& module) {
           [](const py::object& self) {
             return MaskDict(self.cast<const PyMasks&>().masks, self).attr("items")();
           },
-          "Pairs of an image name and its mask.")
+          "Pairs of image name and mask.")
       .def("__iter__",
            [](const py::object& self) {
              return py::iter(MaskDict(self.cast<const PyMasks&>().masks, self));
@@ -248,18 +258,22 @@ void BindMasks(py::module_& module) {
             if (found == masks.end()) throw py::key_error(name);
             return FromMask(found->second, self);
           },
-          py::arg("name"), "[H, W] uint8: 0 outside, 255 inside; 128 and above is inside.")
+          py::arg("name"),
+          "The mask of that image, [H, W] uint8: 0 outside, 255 inside; 128 and above counts as "
+          "inside. KeyError if there is none.")
       .def("__repr__", [](const PyMasks& self) {
         return "<retint.Masks of " + std::to_string(self.masks.size()) + " views>";
       });
 }
 
 void BindRegion(py::module_& module) {
-  py::class_<PyRegion>(module, "Region", "A region as it was when it was asked for.")
+  py::class_<PyRegion>(module, "Region",
+                       "A region as it was when you called region() or `regions`.")
       .def_property_readonly(
-          "id", [](const PyRegion& r) { return r.data.id; }, "The number that add_region() gave.")
+          "id", [](const PyRegion& r) { return r.data.id; },
+          "The number that add_region() returned.")
       .def_property_readonly(
-          "name", [](const PyRegion& r) { return r.data.name; }, "As people see it.")
+          "name", [](const PyRegion& r) { return r.data.name; }, "The region's name.")
       .def_property_readonly(
           "edit", [](const PyRegion& r) { return r.data.edit; }, "The region's Edit.")
       .def_property_readonly(
@@ -267,13 +281,13 @@ void BindRegion(py::module_& module) {
           "From 0, no change, to 1, the whole edit.")
       .def_property_readonly(
           "visible", [](const PyRegion& r) { return r.data.visible; },
-          "False: the region is left out of renders, fits and files.")
+          "If False, renders, fits and files leave the region out.")
       .def_property_readonly(
           "masks",
           [](const PyRegion& r) {
             return MaskDict(r.data.selection->masks, Keeper(r.data.selection));
           },
-          "dict of image names to [H, W] uint8.")
+          "A dict of image names to masks, [H, W] uint8.")
       .def_property_readonly(
           "shares",
           [](const PyRegion& r) {
@@ -286,7 +300,7 @@ void BindRegion(py::module_& module) {
             if (!r.data.fit) return py::none();
             return FromRefit(r.data.fit->summary);
           },
-          "dict of the last refit's figures, or None.")
+          "A dict with the figures of the last refit(), or None.")
       .def("__repr__", [](const PyRegion& r) {
         return "<retint.Region " + std::to_string(r.data.id) + " " + r.data.name + ">";
       });

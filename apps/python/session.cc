@@ -161,10 +161,12 @@ void BindRegions(Sessions& type) {
   type.def("add_region", &AddRegion, py::arg("name"), py::arg("masks"), py::arg("edit"),
            py::arg("strength") = 1.0F, py::arg("progress") = py::none(),
            "Adds a region above the others and returns its id. `masks`: Masks, or a dict of image "
-           "names to masks.")
-      .def_property_readonly("regions", &Regions, "list of Region, in the order of their edits")
+           "names to masks. `strength`: from 0, no change, to 1, the whole edit. Call refit() to "
+           "fit the colors.")
+      .def_property_readonly("regions", &Regions,
+                             "Every Region, in the order in which their edits apply.")
       .def("region", OfRegion([](EditSession& s, RegionId id) { return FindRegion(s, id); }),
-           py::arg("region"), "The region of that id as it is now.")
+           py::arg("region"), "The region of that id as it is now. OptionError if there is none.")
       .def(
           "set_edit",
           [](PySession& self, const py::object& region, const ColorEdit& edit, float strength) {
@@ -175,14 +177,15 @@ void BindRegions(Sessions& type) {
             });
           },
           py::arg("region"), py::arg("edit"), py::arg("strength") = 1.0F,
-          "Gives a region another edit.")
+          "Gives a region another edit and strength, from 0 to 1. Call refit() to fit the colors.")
       .def(
           "set_visible",
           [](PySession& self, const py::object& region, bool visible) {
             const RegionId id = ToId(region);
             self.Use([&](EditSession& session) { session.store().Do(SetVisible{id, visible}); });
           },
-          py::arg("region"), py::arg("visible"), "Shows a region, or leaves it out.")
+          py::arg("region"), py::arg("visible"),
+          "Shows a region, or leaves it out of renders, fits and files.")
       .def(
           "rename",
           [](PySession& self, const py::object& region, const std::string& name) {
@@ -196,10 +199,11 @@ void BindRegions(Sessions& type) {
             const RegionId id = ToId(region);
             self.Use([&](EditSession& session) { session.store().Do(MoveRegion{id, position}); });
           },
-          py::arg("region"), py::arg("position"), "0 is applied first.")
+          py::arg("region"), py::arg("position"),
+          "Moves a region in the order of edits; position 0 applies first.")
       .def("duplicate",
            OfRegion([](EditSession& s, RegionId id) { return s.store().Duplicate(id); }),
-           py::arg("region"), "Returns the id of the copy.")
+           py::arg("region"), "Copies a region and returns the id of the copy.")
       .def("remove", OfRegion([](EditSession& s, RegionId id) { s.store().Do(RemoveRegion{id}); }),
            py::arg("region"), "Removes a region; undo() brings it back.")
       .def(
@@ -207,13 +211,13 @@ void BindRegions(Sessions& type) {
           [](PySession& self) {
             return self.Use([](EditSession& s) { return s.store().history().Undo(); });
           },
-          "Takes back the last edit; False when there is none.")
+          "Takes the last change back; False if there is none.")
       .def(
           "redo",
           [](PySession& self) {
             return self.Use([](EditSession& s) { return s.store().history().Redo(); });
           },
-          "Repeats what was undone last; False when there is nothing.")
+          "Repeats the change that undo() took back last; False if there is none.")
       .def_property_readonly(
           "history",
           [](PySession& self) {
@@ -223,7 +227,7 @@ void BindRegions(Sessions& type) {
               return labels;
             });
           },
-          "list of str: the edits that are done, the oldest first.");
+          "Names of the changes, oldest first.");
 }
 
 // ---- Refit and results ----
@@ -299,20 +303,22 @@ PySplat Original(PySession& self) {
 void BindResults(Sessions& type) {
   static const std::string refit_doc = [] {
     RefitJob job;
-    return "Fits the colors of every visible region whose fit is out of date, and returns a dict "
-           "of "
-           "the figures of the fit." +
+    return "Fits the colors of every visible region whose fit is out of date. Returns a dict: "
+           "'solver', 'iterations', 'active_gaussians', 'changed_gaussians', 'converged', "
+           "'losses' and 'reason'." +
            OptionLines(Described(job));
   }();
   static const std::string refine_doc = [] {
     RefineOptions options;
-    return "Splits large Gaussians inside a region, or of a region with paint those that take some "
-           "of it, so that paint shows its detail. Returns another Session with all regions, not "
-           "fitted yet, or None where nothing was split; and a dict: 'split' Gaussians became "
-           "'parts' of 'part_pixels'; 'psnr' of the views inside against the splat as it was, and "
-           "'psnr_split' before the parts' colors were fitted; 'warning', empty where all went as "
-           "it was asked for. `splat`: a file to write the finer splat to; without one the other "
-           "Session cannot be saved." +
+    return "Splits large Gaussians inside a region, so that a picture painted elsewhere shows its "
+           "detail. If the edit has such pictures, only Gaussians that they change are split.\n"
+           "\n"
+           "Returns a pair. First another Session with all regions, not fitted yet, or None if no "
+           "Gaussian was split. Then a dict: 'split' Gaussians became 'parts' of 'part_pixels'. "
+           "'psnr' (dB) compares the views inside with the original splat; 'psnr_split' did so "
+           "before the colors of the parts were fitted. 'warning' is '' if every option was met.\n"
+           "\n"
+           "`splat`: a file for the finer splat; without it, the new Session cannot be saved." +
            OptionLines(Described(options));
   }();
   type.def("refit", &Refit, py::kw_only(), py::arg("progress") = py::none(), refit_doc.c_str())
@@ -321,18 +327,20 @@ void BindResults(Sessions& type) {
       .def("evaluate", &Evaluate, py::arg("region"), py::arg("sh") = py::none(), py::kw_only(),
            py::arg("target") = "render", py::arg("most_views") = 0,
            py::arg("progress") = py::none(),
-           "What a region's edit did, as a dict: 'train' and 'heldout' hold 'views', "
+           "Measures a region's edit. Returns a dict: 'train' and 'heldout' hold 'views', "
            "'psnr_inside_before', 'psnr_inside_after', 'psnr_outside' (dB), 'bleed' and "
-           "'out_of_gamut' (in [0, 1]), or are None; 'views' lists each view, the worst first. "
-           "With `sh` [N, K, 3], what these coefficients made of the original's. `most_views`: at "
-           "most so many views, 0 all.")
+           "'out_of_gamut' (in [0, 1]), or are None; 'views' lists every view, the worst first.\n"
+           "\n"
+           "`sh` [N, K, 3]: coefficients to measure instead of the fitted ones. `target`: "
+           "'render' or 'photo', the picture whose edited version counts as right. `most_views`: "
+           "measures at most so many views, 0 all.")
+      .def_property_readonly("sh", &CurrentSh,
+                             "[N, K, 3] float32: a copy of the coefficients with all edits.")
+      .def("splat", &CurrentSplat, "A new Splat with all edits.")
       .def_property_readonly(
-          "sh", &CurrentSh,
-          "[N, K, 3] float32: the coefficients of the scene as it is now, a copy.")
-      .def("splat", &CurrentSplat, "The scene as it is now: a Splat of its own.")
-      .def_property_readonly("original", &Original,
-                             "The Splat that was opened. Its arrays show the session's memory and "
-                             "cannot be written to.")
+          "original", &Original,
+          "The Splat that the session opened. Its arrays share the session's memory; you cannot "
+          "write to them.")
       .def(
           "write_splat",
           [](PySession& self, const py::object& path, py::object progress) {
@@ -342,7 +350,8 @@ void BindResults(Sessions& type) {
             });
           },
           py::arg("path"), py::arg("progress") = py::none(),
-          "Writes the scene as it is now, in the format of the extension.")
+          "Writes the splat with all edits, in the format of the file's extension. OptionError "
+          "for an unknown extension, RunError if the file cannot be written.")
       .def(
           "write_cameras",
           [](PySession& self, const py::object& folder, bool images, bool overwrite,
@@ -354,10 +363,10 @@ void BindResults(Sessions& type) {
           },
           py::arg("folder"), py::kw_only(), py::arg("images") = true, py::arg("overwrite") = false,
           py::arg("progress") = py::none(),
-          "Writes the session's views, also those placed around a splat alone, as a COLMAP "
-          "workspace, as `retint cameras` does; `images`: with renders of the original scene. "
-          "Raises OptionError where the folder holds a model or pictures, unless `overwrite` is "
-          "given and `retint cameras` or this wrote them.")
+          "Writes the session's views as a COLMAP workspace, as `retint cameras` does, also "
+          "those that Retint placed around a splat. `images`: with renders of the original "
+          "scene. OptionError if the folder holds a model or pictures; `overwrite` replaces "
+          "those that `retint cameras` or this call wrote.")
       .def(
           "write_masks",
           [](PySession& self, const py::object& folder, const py::object& region,
@@ -369,7 +378,7 @@ void BindResults(Sessions& type) {
             });
           },
           py::arg("folder"), py::arg("region"), py::arg("progress") = py::none(),
-          "Writes FOLDER/<image name>.png of a region's masks.")
+          "Writes a region's masks as `FOLDER/<image name>.png`.")
       .def(
           "report",
           [](PySession& self, const std::string& target, py::object progress) {
@@ -380,7 +389,8 @@ void BindResults(Sessions& type) {
                 }));
           },
           py::arg("target") = "render", py::arg("progress") = py::none(),
-          "Measures every visible region: a dict as in report.json (docs/formats.md).")
+          "Measures every visible region. Returns a dict with the keys of report.json "
+          "(docs/files-report.md).")
       .def(
           "save",
           [](PySession& self, const py::object& folder, py::object progress) {
@@ -390,8 +400,8 @@ void BindResults(Sessions& type) {
             });
           },
           py::arg("folder"), py::arg("progress") = py::none(),
-          "Saves the session as a folder NAME.retint, which load() and the editor open. InputError "
-          "for a session that was not opened from files.");
+          "Saves the session as a folder NAME.retint, which load() and the editor open. "
+          "InputError if the session was not opened from files.");
 }
 
 }  // namespace
@@ -421,30 +431,40 @@ Floats ToSh(PySession& self, const py::object& sh) {
 }
 
 void BindSession(py::module_& module) {
-  Sessions type(module, "Session",
-                "A workspace and a splat with regions to recolor. One call at a time works on it; "
-                "calls from other threads wait. Every long call takes `progress`, called with the "
-                "name of the stage and its fraction in [0, 1]; an exception that it raises, and "
-                "Ctrl-C, stops the work and leaves the session as it was.");
+  Sessions type(
+      module, "Session",
+      "A workspace and a splat with regions to recolor. One call at a time works on a "
+      "session; calls from other threads wait.\n"
+      "\n"
+      "Every long call accepts `progress`, a callable of the stage's name and a fraction in "
+      "[0, 1]. If it raises an exception, or you press Ctrl-C, the work stops and the "
+      "session stays unchanged.");
   type.def(py::init(&Open), py::arg("workspace"), py::arg("splat") = py::none(), py::kw_only(),
            py::arg("backend") = "auto", py::arg("holdout") = 0, py::arg("cache_mb") = 640,
            py::arg("background") = std::array<float, 3>{0, 0, 0}, py::arg("images") = py::none(),
            py::arg("model") = "", py::arg("views") = 40, py::arg("world_from_splat") = py::none(),
            py::arg("view_folder") = py::none(), py::arg("progress") = py::none(),
-           "Opens a workspace (a folder or a Workspace; None for a splat alone) and a splat (a "
-           "file, a Splat, or None: the "
-           "one that is found in the workspace). backend: 'auto', 'cpu' or 'cuda'; holdout: keep "
-           "every n-th view by name out of the fit; cache_mb: memory for the views' geometry, MiB; "
-           "background: RGB in [0, 1]; images: the folder of the photos; model: the folder of the "
-           "sparse model below the workspace; views: how many are placed around a splat alone; "
-           "world_from_splat: where the splat lies in the workspace's world, a JSON file or a "
-           "matrix [4, 4] that rotates, scales and moves; view_folder: of a splat alone, the "
-           "COLMAP model that has its views, as `retint cameras` writes it.")
+           "Opens a scene. InputError if a file is missing, damaged or does not fit the others.\n"
+           "\n"
+           "- `workspace`: a folder or a Workspace; None for a splat without one\n"
+           "- `splat`: a file or a Splat; None for the one that Retint finds in the workspace\n"
+           "- `backend`: 'auto', 'cpu' or 'cuda'\n"
+           "- `holdout`: keeps every n-th view by name out of the fit; 0 keeps none out\n"
+           "- `cache_mb`: memory for the geometry of views, MiB\n"
+           "- `background`: RGB in [0, 1]\n"
+           "- `images`: the folder of the photos\n"
+           "- `model`: the sparse model's folder inside the workspace\n"
+           "- `views`: how many views Retint places around a splat without a workspace\n"
+           "- `world_from_splat`: the splat's place in the workspace's world, a JSON file or a "
+           "matrix [4, 4] that rotates, scales and moves\n"
+           "- `view_folder`: for a splat without a workspace, the COLMAP model with its views, as "
+           "`retint cameras` writes it")
       .def_static("load", &Load, py::arg("folder"), py::kw_only(), py::arg("backend") = "auto",
                   py::arg("cache_mb") = 640, py::arg("progress") = py::none(),
-                  "Opens a session that was saved, by save() or by the editor.")
+                  "Opens a session that save() or the editor wrote. InputError if it is missing or "
+                  "damaged.")
       .def("close", &PySession::Close,
-           "Gives its memory back, once no array shows it any more. Later calls are RunError.")
+           "Frees the session's memory once no array uses it any more. Later calls raise RunError.")
       .def_property_readonly("closed", &PySession::closed, "True after close().")
       .def("__repr__", &PySession::Description)
       .def("__enter__", [](py::object self) { return self; })
@@ -455,7 +475,7 @@ void BindSession(py::module_& module) {
             return PyWorkspace{self.Use(
                 [&](EditSession& session) { return self.Share(session.scene().workspace()); })};
           },
-          "The Workspace, with cameras that are pinhole cameras.")
+          "The Workspace; its cameras are pinhole cameras.")
       .def_property_readonly(
           "backend",
           [](PySession& self) {
@@ -467,8 +487,8 @@ void BindSession(py::module_& module) {
       .def_property_readonly(
           "warnings",
           [](PySession& self) { return self.Use([](EditSession& s) { return s.warnings(); }); },
-          "list of str: what is amiss in the workspace, and what of a saved session could not be "
-          "read and is made again.");
+          "Problems of the workspace, and parts of a saved session that could not be read and "
+          "are computed again.");
   BindSelecting(type);
   BindOutlines(type);
   BindRegions(type);

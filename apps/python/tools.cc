@@ -52,15 +52,17 @@ py::object ScoreMasks(const py::object& truth, const py::object& masks,
 void BindTools(py::module_& module) {
   module.def("align", &AlignSplat, py::arg("workspace"), py::arg("splat"), py::kw_only(),
              py::arg("backend") = "auto", py::arg("views") = 8, py::arg("progress") = py::none(),
-             "How a Splat from another frame lies in a Workspace: a dict of 'world_from_splat' "
-             "(4x4, for Session), 'source' (what it began from), 'psnr_before' and 'psnr_after' "
-             "(dB against the photos; NaN without photos).");
-  module.def("score", &ScoreMasks, py::arg("truth"), py::arg("masks"),
-             py::arg("painted") = std::vector<std::string>(), py::arg("workspace") = py::none(),
-             py::kw_only(), py::arg("progress") = py::none(),
-             "Measures a folder of masks against one of true masks (<image name>.png): a dict as "
-             "in the report of `retint score`. `painted`: views that are in no mean; `workspace`: "
-             "with it, views near the painted ones are summed up on their own.");
+             "Finds how a Splat from another frame lies in a Workspace. Returns a dict: "
+             "'world_from_splat' (4x4, for Session), 'source' (the start of the search), "
+             "'psnr_before' and 'psnr_after' (dB against the photos; NaN without photos). `views`: "
+             "how many photos it compares.");
+  module.def(
+      "score", &ScoreMasks, py::arg("truth"), py::arg("masks"),
+      py::arg("painted") = std::vector<std::string>(), py::arg("workspace") = py::none(),
+      py::kw_only(), py::arg("progress") = py::none(),
+      "Compares a folder of masks with true masks, both `<image name>.png`. Returns a dict "
+      "with the keys of the report of `retint score`. `painted`: names of views that no mean "
+      "includes. `workspace`: adds means of the views near the painted ones.");
 }
 
 }  // namespace retint::python
