@@ -4,7 +4,8 @@
 
     python3 apps/docs/tutorials.py --retint build/release/apps/retint [--python build/release/apps/python] [--pictures]
 
-Every block of sh, python or json in docs/tutorials/ is run (or, for json, saved) in one folder, page by page.
+Every block of sh, python or json in docs/tutorials/ is run (or, for json, saved) in one folder, page by page. So is
+the Python of GUIDE, on the sample scene by the names of that page.
 Each picture of a page names the file that it is made from; --pictures makes it anew, which needs python3-pil.
 Pictures of ../images are made by other programs, such as apps/screenshots.sh. Indented commands are not run: they
 need a desktop, a trainer or the network.
@@ -23,6 +24,13 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 PAGES = ROOT / "docs" / "tutorials"
 ORDER = ["first-recolor", "all-sides", "grade", "job-file", "python", "editor", "photos"]
 REFERENCE = ["cli", "edits"]  # pages whose blocks of sh are run
+GUIDE = "python"  # a page whose blocks of python are one program
+GUIDE_SCENE = """retint synth --output workspace --width 240 --height 180 --quiet
+mv workspace/splat.ply splat.ply
+cp workspace/masks/*.png mask.png
+cp workspace/truth/masks/ball/007.png.png missing.png
+basename workspace/masks/*.png .png >view.txt
+"""
 MOST_BYTES = 100_000  # of a picture
 BLOCK = re.compile(r"(?:<!-- file: (?P<file>\S+) -->\n)?```(?P<kind>\w+)\n(?P<text>.*?)^```$", re.S | re.M)
 PICTURE = re.compile(r"<!-- picture: (?P<picture>\S+) = (?P<source>\S+) -->")
@@ -91,6 +99,16 @@ def shrink(source, target):
             return
 
 
+def run_guide(folder, environment):
+    run_shell(GUIDE_SCENE, folder, environment)
+    text = (PAGES.parent / f"{GUIDE}.md").read_text(encoding="utf-8")
+    program = "".join(block["text"] for block in BLOCK.finditer(text) if block["kind"] == "python")
+    view = (folder / "view.txt").read_text(encoding="utf-8").strip()
+    program = program.replace("0001.jpg", view).replace("0007.jpg", "007.png")
+    run([sys.executable, "-B", "-"], program, folder, environment)
+    print(f"{GUIDE}.md: done", flush=True)
+
+
 def main():
     arguments = parse_arguments()
     pages = {path.stem for path in PAGES.glob("*.md")}
@@ -110,6 +128,10 @@ def main():
             run_page(text, folder, environment)
             check_pictures(page, text, folder, arguments.pictures)
             print(f"{page}: done", flush=True)
+        if arguments.python:
+            guide = folder / "guide"
+            guide.mkdir()
+            run_guide(guide, environment)
         for page in REFERENCE:
             text = (PAGES.parent / f"{page}.md").read_text(encoding="utf-8")
             blocks = [block["text"] for block in BLOCK.finditer(text) if block["kind"] == "sh"]
