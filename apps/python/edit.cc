@@ -96,8 +96,8 @@ py::array Apply(const ColorEdit& edit, const Floats& colors) {
 std::string Documentation() {
   std::string text =
       "A list of operations on colors, in order. Each keyword is an operation. Its value is "
-      "the text that the command line accepts, a number, a sequence of numbers, a dict of "
-      "parameters, or True for an operation without parameters:\n"
+      "the text that the command line accepts, a number, or a sequence of numbers. It may "
+      "also be a dict of parameters, or True for an operation without parameters:\n"
       "  Edit(tint='#3060ff', exposure=0.5), Edit(to={'color': [0.2, 0.4, 1]}), "
       "Edit(invert=True)\n"
       "To use an operation twice, join two edits with +. docs/edits.md explains every "

@@ -27,9 +27,9 @@ const Layer kLayers[] = {
      [](RenderOutput& o) { return FromPixels(std::move(o.alpha)); }},
 };
 constexpr const char* kWhat =
-    " `what`: 'rgb' ([H, W, 3] float32, RGB as stored, not clamped above), 'depth' or "
-    "'depth_expected' ([H, W] float32, z in world units, 0 if there is none), or 'alpha' "
-    "([H, W] float32 in [0, 1]); a list of them returns a dict.";
+    " `what` is one of these, or a list of them, which returns a dict: 'rgb' ([H, W, 3] "
+    "float32, RGB as stored, not clamped above), 'alpha' ([H, W] float32 in [0, 1]), "
+    "'depth' or 'depth_expected' ([H, W] float32, z in world units, 0 if there is none).";
 
 const Layer& FindLayer(const std::string& name) {
   for (const Layer& layer : kLayers) {

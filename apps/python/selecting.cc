@@ -123,9 +123,9 @@ void BindSelecting(py::class_<PySession>& type) {
       "no painted view shows." +
       lines([](EditOptions& o, OptionList& list) { o.projector.Describe(list); });
   type.def("paint", &Paint, py::arg("view"), py::arg("mask"),
-           "Pairs a view with its mask: an array [H, W] of the view's size (bool, uint8 with 0 "
-           "outside and 255 inside, or floats in [0, 1]), or the path of a picture. InputError if "
-           "there is no such view or no pixel is set.")
+           "Pairs a view with its mask, an array [H, W] of the view's size or the path of a "
+           "picture. An array holds bool, uint8 (0 outside, 255 inside) or floats in [0, 1]. "
+           "InputError if there is no such view or no pixel is set.")
       .def("select", &Select, py::arg("painted"), py::kw_only(), py::arg("progress") = py::none(),
            select_doc.c_str())
       .def("erase", &EraseFrom, py::arg("selection"), py::arg("view"), py::arg("mask"),

@@ -268,7 +268,7 @@ void BindMasks(py::module_& module) {
 
 void BindRegion(py::module_& module) {
   py::class_<PyRegion>(module, "Region",
-                       "A region as it was when you called region() or `regions`.")
+                       "A region, in the state in which region() or `regions` returned it.")
       .def_property_readonly(
           "id", [](const PyRegion& r) { return r.data.id; },
           "The number that add_region() returned.")
