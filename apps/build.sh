@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 # Sets up the machine, configures and builds. The second time only what changed is built.
-#   apps/build.sh [--sanitize LIST] [--no-cuda] [--cuda-arch LIST] [--quick] [--jobs N] [TARGET...]
+#   apps/build.sh [--sanitize LIST] [--no-cuda] [--no-mpi] [--cuda-arch LIST] [--quick] [--jobs N] [TARGET...]
 #   TARGET            what to build: programs (the command line, the editor, the Python module) when none is named;
 #                     all for tests and benchmarks too
 #   --sanitize LIST   address,undefined or thread; each kind has a folder of its own below build/
 #   --no-cuda         leave the CUDA backend out; else it is built if a CUDA compiler and a GPU are found
+#   --no-mpi          leave MPI out (docs/cluster.md), as apps/packages/release.sh does
 #   --cuda-arch LIST  the GPU generations to build it for, such as 86-real or "80-real;90-real" or all-major, also
 #                     without a GPU; else those of the GPUs in this machine
 #   --quick           only the command line, for apps/demo.sh: from few packages, in few large pieces, and with less
@@ -16,6 +17,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 sanitize=
 cuda=AUTO
+mpi=ON
 cuda_arch=
 jobs=
 quick=false
@@ -23,6 +25,7 @@ while (($# > 0)); do
   case $1 in
     --sanitize) sanitize=${2:?"--sanitize needs a list such as address,undefined"}; shift 2 ;;
     --no-cuda) cuda=OFF; shift ;;
+    --no-mpi) mpi=OFF; shift ;;
     --cuda-arch) cuda_arch=${2:?"--cuda-arch needs a list such as 86-real or all-major"}; shift 2 ;;
     --quick) quick=true; shift ;;
     --jobs) jobs=${2:?"--jobs needs a number"}; shift 2 ;;
@@ -78,7 +81,7 @@ fi
 
 # What another checkout has compiled is found too.
 export CCACHE_NOHASHDIR=1 CCACHE_BASEDIR=$PWD
-settings=(-DCMAKE_BUILD_TYPE="$type" -DRETINT_SANITIZE="$sanitize" -DRETINT_CUDA="$cuda")
+settings=(-DCMAKE_BUILD_TYPE="$type" -DRETINT_SANITIZE="$sanitize" -DRETINT_CUDA="$cuda" -DRETINT_MPI="$mpi")
 if [[ -n $cuda_arch ]]; then
   settings+=(-DCMAKE_CUDA_ARCHITECTURES="$cuda_arch")
 else

@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Checks what cpack made: apps/packages/check.sh FOLDER, the folder with the packages.
+# Checks the files of a release: apps/packages/check.sh FOLDER, the folder with packages or an archive.
 #   lintian      no package has an error
 #   fresh        they install on a fresh Debian 12, and one edit, the editor and the Python module run there
-#   relocatable  the archive runs from a folder of any name
-# The second needs mmdebstrap, a mirror of Debian and root. A check that cannot be made here is told and left out.
+#   relocatable  the archive runs on a fresh Debian 12 and 13, from a folder of any name, beside libexpat and nothing else;
+#                so does its Python module where Python is 3.11
+# The last two need mmdebstrap, a mirror of Debian and root. The script says which check cannot be made here.
 # Exit codes: 0 what could be checked is right, 1 something is wrong, 2 usage.
 set -euo pipefail
 folder=${1:-}
@@ -17,7 +18,9 @@ if [[ -z $folder ]] || ((${#packages[@]} + ${#archives[@]} == 0)); then
 fi
 work=$(mktemp -d)
 clean() {
-  if mountpoint -q "$work/fresh/proc"; then umount "$work/fresh/proc"; fi
+  for root in "$work"/root-*; do
+    if mountpoint -q "$root/proc"; then umount "$root/proc"; fi
+  done
   rm -rf --one-file-system "$work"
 }
 trap clean EXIT
@@ -44,17 +47,28 @@ else
   left_out lintian "it is not installed"
 fi
 
+# make_root SUITE [PACKAGE...]: a system of its own, in which no directory of this machine is mounted. Java, which VTK's
+# headers bring, cannot be installed without /proc.
+make_root() {
+  root=$work/root-$1
+  if mountpoint -q "$root/proc"; then umount "$root/proc"; fi
+  rm -rf --one-file-system "$root"
+  mmdebstrap --quiet --variant=apt --mode=root --include="$(IFS=,; echo "${*:2}")" "$1" "$root" ||
+    { echo "check.sh: no fresh $1" >&2; exit 1; }
+  cp "$work/try.sh" "$root/tmp"
+  mount -t proc proc "$root/proc"
+}
+inside() { chroot "$root" env DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8 HOME=/root "$@"; }
+roots=true
+if ! command -v mmdebstrap >/dev/null || ((EUID != 0)); then roots=false; fi
+
 if ((${#packages[@]} == 0)); then
   left_out fresh "there is no .deb"
-elif ! command -v mmdebstrap >/dev/null || ((EUID != 0)); then
+elif ! $roots; then
   left_out fresh "it needs mmdebstrap and root"
 else
-  # Directories of the machine are not mounted into it: it is a file system of its own. Java, which VTK's
-  # headers bring, cannot be installed without /proc.
-  mmdebstrap --quiet --variant=apt --mode=root bookworm "$work/fresh" || { echo "check.sh: no fresh Debian" >&2; exit 1; }
-  cp "${packages[@]}" "$work/try.sh" "$work/fresh/tmp"
-  mount -t proc proc "$work/fresh/proc"
-  inside() { chroot "$work/fresh" env DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8 HOME=/root "$@"; }
+  make_root bookworm ca-certificates
+  cp "${packages[@]}" "$root/tmp"
   inside apt-get -q update
   inside sh -c 'apt-get -q install -y --no-install-recommends /tmp/*.deb'
   inside sh /tmp/try.sh
@@ -67,14 +81,19 @@ fi
 
 if ((${#archives[@]} == 0)); then
   left_out relocatable "there is no .tar.xz"
+elif ! $roots; then
+  left_out relocatable "it needs mmdebstrap and root"
 else
-  place="$work/a folder of any name"
-  mkdir "$place"
-  tar -C "$place" --strip-components 1 -xf "${archives[0]}"
-  PATH="$place/bin:$PATH" sh "$work/try.sh"
-  if [[ -d $place/lib/python3 ]]; then
-    PYTHONPATH="$place/lib/python3/dist-packages" /usr/bin/python3 -c \
-      'import retint; print("Python module", retint.__version__, "from", retint.__file__)'
-  fi
-  echo "right: the archive runs from another folder"
+  for suite in bookworm trixie; do
+    make_root "$suite" libexpat1 python3-numpy
+    place="/opt/a folder of any name"
+    mkdir "$root$place"
+    tar -C "$root$place" --strip-components 1 -xf "${archives[0]}"
+    inside env PATH="$place/bin:/usr/bin:/bin" sh /tmp/try.sh
+    if [[ -n $(find "$root/usr/bin" -name python3.11) ]]; then
+      inside env PYTHONPATH="$place/lib/python3/dist-packages" python3 -c \
+        'import retint; print("Python module", retint.__version__, "from", retint.__file__)'
+    fi
+    echo "right: the archive runs on a fresh $suite"
+  done
 fi

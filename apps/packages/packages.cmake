@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# What `cpack` makes in the build folder, docs/packages.md: Debian packages, one a component, and a relocatable archive of all.
-set(CPACK_GENERATOR DEB TXZ)
+# What `cpack` makes in the build folder, docs/packages.md: Debian packages, one a component. The archive for other
+# systems comes from release.sh.
+set(CPACK_GENERATOR DEB)
 # A build with CUDA makes packages of other names, which take the place of those without: NVIDIA's license is not one
 # that everybody may hand on (docs/licenses.md), and most machines have no use for its size.
 set(with_cuda "")
@@ -50,7 +51,9 @@ endmacro()
 
 set(CPACK_COMPONENTS_ALL)
 retint_package(cli retint graphics
-  "This package has the command line.")
+  "This package has the command line and the documents.")
+# Help names pages such as docs/scale.md.
+install(DIRECTORY docs/ DESTINATION share/doc/retint${with_cuda}/docs COMPONENT cli)
 retint_package(dev libretint-dev libdevel
   "This package has the static libraries, their headers and find_package(Retint)."
   "libeigen3-dev, libglm-dev, libtbb-dev, libhwy-dev, libopencv-dev, libceres-dev, libpcl-dev, libfmt-dev, nlohmann-json3-dev, libopencolorio-dev, libjpeg62-turbo-dev, zlib1g-dev, libzstd-dev, libwebp-dev, libzip-dev")
