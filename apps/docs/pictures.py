@@ -72,7 +72,7 @@ def paint(photo, mask, bounds, path):
 
 def make_edits(retint, work):
     scene = work / "scene"
-    code = retint.run_command(["synth", "--output", str(scene), "--width", "960", "--height", "720", "--views", "5",
+    code = retint.run_command(["synth", "--output", str(scene), "--width", "960", "--height", "720", "--photos", "5",
                                "--quiet"])
     if code != 0:
         sys.exit(code)

@@ -94,7 +94,7 @@ class Bench:
 
     def measure(self, name, folder, truth, painted, support, depth, step):
         """`truth`, `support`: {view: mask} each; `depth` of a view."""
-        scene = ["--workspace", folder, "--splat", folder / "splat.ply"]
+        scene = [folder]
         work = self.options.work / "found" / name
         shutil.rmtree(work, ignore_errors=True)
         work.mkdir(parents=True)
@@ -158,7 +158,7 @@ def around(bench, scene):
     options = bench.options
     folder = options.work / scene
     if not (folder / "splat.ply").exists():
-        bench.run("synth", "--output", folder, "--width", 480, "--height", 360, "--views", 12,
+        bench.run("synth", "--output", folder, "--width", 480, "--height", 360, "--photos", 12,
                   *(["--around", *SYNTHETIC[scene]] if scene in SYNTHETIC else []))
     lines = (folder / "truth/objects.txt").read_text().splitlines()
     ids = {entry.split(" ", 1)[1]: int(entry.split(" ", 1)[0]) for entry in lines}
@@ -189,8 +189,8 @@ def banana(bench):
     def depth(view):
         file = bench.options.work / f"{view}.bin"
         if not file.exists():
-            bench.run("depth", "--workspace", folder, "--splat", folder / "splat.ply", "--view",
-                      view, "--method", "gaussian", "--output", file)
+            bench.run("depth", folder, "--view",
+                      view, "--depth", "gaussian", "--output", file)
         return read_depth(file)
 
     for painted in list(BANANA)[:bench.options.bananas]:

@@ -9,7 +9,7 @@
 #include <QToolButton>
 
 #include "tests/viewer/viewer_scene.h"
-#include "viewer/icons/icon.h"
+#include "viewer/widgets/icon.h"
 
 namespace retint {
 

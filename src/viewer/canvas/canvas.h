@@ -17,7 +17,7 @@
 #include "viewer/canvas/navigation.h"
 #include "viewer/canvas/photo_loader.h"
 #include "viewer/canvas/render_thread.h"
-#include "viewer/window/key_map.h"
+#include "viewer/widgets/key_map.h"
 
 namespace retint {
 

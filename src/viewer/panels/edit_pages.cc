@@ -15,7 +15,7 @@
 #include "viewer/panels/color_models.h"
 #include "viewer/panels/gradient_bar.h"
 #include "viewer/panels/parameter_row.h"
-#include "viewer/window/wrap_layout.h"
+#include "viewer/widgets/wrap_layout.h"
 
 namespace retint {
 namespace {

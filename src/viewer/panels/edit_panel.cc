@@ -22,8 +22,8 @@
 #include "viewer/panels/operation_views.h"
 #include "viewer/panels/parameter_row.h"
 #include "viewer/panels/row_tree.h"
-#include "viewer/window/long_text.h"
-#include "viewer/window/wrap_layout.h"
+#include "viewer/widgets/long_text.h"
+#include "viewer/widgets/wrap_layout.h"
 
 namespace retint {
 namespace {

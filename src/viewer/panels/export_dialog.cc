@@ -16,8 +16,8 @@
 #include "base/error.h"
 #include "base/staged_output.h"
 #include "viewer/scene/video_maker.h"
-#include "viewer/window/long_text.h"
-#include "viewer/window/path_edit.h"
+#include "viewer/widgets/long_text.h"
+#include "viewer/widgets/path_edit.h"
 
 namespace retint {
 namespace {

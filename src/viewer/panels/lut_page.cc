@@ -12,7 +12,7 @@
 #include "viewer/panels/edit_pages.h"
 #include "viewer/scene/failure_text.h"
 #include "viewer/scene/post.h"
-#include "viewer/window/long_text.h"
+#include "viewer/widgets/long_text.h"
 
 namespace retint {
 

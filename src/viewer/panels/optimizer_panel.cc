@@ -15,7 +15,7 @@
 #include "viewer/panels/option_form.h"
 #include "viewer/scene/current_region.h"
 #include "viewer/scene/scene_controller.h"
-#include "viewer/window/long_text.h"
+#include "viewer/widgets/long_text.h"
 
 namespace retint {
 namespace {

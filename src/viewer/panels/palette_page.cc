@@ -13,7 +13,7 @@
 
 #include "recolor/palette.h"
 #include "viewer/panels/edit_pages.h"
-#include "viewer/window/wrap_layout.h"
+#include "viewer/widgets/wrap_layout.h"
 
 namespace retint {
 namespace {

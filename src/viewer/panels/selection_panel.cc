@@ -19,7 +19,7 @@
 #include "viewer/scene/scene_controller.h"
 #include "viewer/selection/reach_choice.h"
 #include "viewer/selection/selection_mode.h"
-#include "viewer/window/long_text.h"
+#include "viewer/widgets/long_text.h"
 
 namespace retint {
 namespace {

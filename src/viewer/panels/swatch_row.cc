@@ -10,7 +10,7 @@
 #include <QSettings>
 #include <QToolButton>
 
-#include "viewer/window/wrap_layout.h"
+#include "viewer/widgets/wrap_layout.h"
 
 namespace retint {
 namespace {

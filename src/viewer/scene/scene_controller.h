@@ -25,7 +25,7 @@
 #include "editing/edit_session.h"
 #include "editing/finer_session.h"
 #include "scene/gaussian_model.h"
-#include "viewer/canvas/lens_picture.h"
+#include "viewer/scene/lens_picture.h"
 
 namespace retint {
 

@@ -8,7 +8,7 @@
 #include <QVBoxLayout>
 
 #include "viewer/selection/selection_keys.h"
-#include "viewer/window/key_map.h"
+#include "viewer/widgets/key_map.h"
 
 namespace retint {
 namespace {

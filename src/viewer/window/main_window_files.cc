@@ -25,10 +25,10 @@
 #include "viewer/scene/session_store.h"
 #include "viewer/scene/video_maker.h"
 #include "viewer/selection/selection_mode.h"
+#include "viewer/widgets/long_text.h"
+#include "viewer/widgets/path_edit.h"
 #include "viewer/window/keys_dialog.h"
-#include "viewer/window/long_text.h"
 #include "viewer/window/main_window.h"
-#include "viewer/window/path_edit.h"
 
 namespace retint {
 namespace {

@@ -24,8 +24,8 @@
 #include "viewer/panels/views_panel.h"
 #include "viewer/scene/view_editor.h"
 #include "viewer/widgets/banner.h"
+#include "viewer/widgets/path_edit.h"
 #include "viewer/window/main_window.h"
-#include "viewer/window/path_edit.h"
 
 namespace retint {
 namespace {

@@ -21,8 +21,8 @@
 #include "base/error.h"
 #include "colmap_io/nerfstudio.h"
 #include "splat_io/splat_io.h"
-#include "viewer/window/long_text.h"
-#include "viewer/window/path_edit.h"
+#include "viewer/widgets/long_text.h"
+#include "viewer/widgets/path_edit.h"
 
 namespace retint {
 namespace {

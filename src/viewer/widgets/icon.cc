@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/icons/icon.h"
+#include "viewer/widgets/icon.h"
 
 #include <utility>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/window/wrap_layout.h"
+#include "viewer/widgets/wrap_layout.h"
 
 #include <algorithm>
 #include <iterator>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/canvas/lens_picture.h"
+#include "viewer/scene/lens_picture.h"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/window/long_text.h"
+#include "viewer/widgets/long_text.h"
 
 #include <QClipboard>
 #include <QGuiApplication>

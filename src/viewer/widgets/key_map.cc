@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/window/key_map.h"
+#include "viewer/widgets/key_map.h"
 
 namespace retint {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/window/path_edit.h"
+#include "viewer/widgets/path_edit.h"
 
 #include <QDropEvent>
 #include <QMimeData>

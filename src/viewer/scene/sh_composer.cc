@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/canvas/sh_composer.h"
+#include "viewer/scene/sh_composer.h"
 
 #include <utility>
 
