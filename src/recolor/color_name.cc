@@ -6,6 +6,8 @@
 #include <charconv>
 #include <cstdint>
 
+#include <fmt/format.h>
+
 #include "base/edit_distance.h"
 
 namespace retint {
@@ -204,7 +206,7 @@ std::string ReadColor(std::string_view word, std::array<float, 3>* color) {
   for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   const auto found = std::ranges::find(kNamed, std::string_view(name), &NamedColor::name);
   if (found == std::end(kNamed)) {
-    return "'" + std::string(word) + "' is not a color" + Suggestion(name);
+    return fmt::format("'{}' is not a color{}", word, Suggestion(name));
   }
   *color = Unpacked(found->rgb);
   return {};

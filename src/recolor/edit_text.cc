@@ -168,8 +168,7 @@ ColorOperation ParseOperation(const ColorOperationType& type, std::string_view t
     std::string key(word);
     std::replace(key.begin(), key.end(), '-', '_');
     if (FindParameter(type, key)) {
-      reader.Fail("'" + std::string(word) + "' has no value; give it as " + std::string(word) +
-                  "=VALUE");
+      reader.Fail(fmt::format("'{0}' has no value; give it as {0}=VALUE", word));
     }
     const bool is_color = !type.parameters.empty() && values.size() < 3 &&
                           type.parameters.front().form == ColorParameter::Form::kColor;

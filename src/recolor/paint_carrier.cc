@@ -485,10 +485,10 @@ Image PaintCarrier::Target(Renderer& renderer, const PosedCamera& view, const Ma
     }
     const Eigen::Vector3f edited = edit_.Apply(color, Eigen::Vector3f(paint.color), paint.alpha);
     if (leaves) {
-      const Eigen::Vector3f shown = color.cwiseMax(0.0f).cwiseMin(1.0f);
+      const Eigen::Vector3f clipped = color.cwiseMax(0.0f).cwiseMin(1.0f);
       const Eigen::Vector3f left =
-          unclipped_.Apply(shown, Eigen::Vector3f(paint.color), paint.alpha);
-      const Eigen::Vector3f mixed = shown + unclipped_.strength() * (left - shown);
+          unclipped_.Apply(clipped, Eigen::Vector3f(paint.color), paint.alpha);
+      const Eigen::Vector3f mixed = clipped + unclipped_.strength() * (left - clipped);
       leaves->data[p] = LeavesGamut(mixed.data()) ? 255 : 0;
     }
     const float share = edit_.strength() * float(mask.data[p]) / 255;
