@@ -7,6 +7,10 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
+
+#include <fmt/format.h>
+
 #include "base/error.h"
 #include "base/files.h"
 #include "recolor/operation_text.h"
