@@ -9,8 +9,6 @@
 
 #include <fmt/format.h>
 
-#include <fmt/format.h>
-
 #include "base/error.h"
 #include "base/files.h"
 #include "recolor/operation_text.h"

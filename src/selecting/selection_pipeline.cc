@@ -175,8 +175,7 @@ PaintedPart SelectionPipeline::SelectOne(const PaintedView& view, const SelectOp
                                          Monitor& monitor) {
   PaintedPart part;
   part.report.view = view.name;
-  part.depth =
-      EstimatePart(view.camera, Around(view.mask, options.registration.margin), options, monitor);
+  part.depth = EstimatePart(view.camera, Around(view.mask, kRegistrationMargin), options, monitor);
   part.report.depth_method = part.depth.method;
   part.report.depth_reason = part.depth.reason;
   part.report.valid_fraction = part.depth.valid_fraction;

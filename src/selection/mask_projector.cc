@@ -31,6 +31,8 @@ namespace retint {
 namespace {
 
 constexpr std::string_view kStage = "projection";
+constexpr float kSurfelScale = 1.5f;  // disc radius in footprints
+constexpr int kCloseRadius = 2;       // pixels, morphological close of masks of surfels
 // Of views that are not painted every second row of pixels is lifted, of many views every eighth: a
 // Gaussian's share is a mean over many pixels.
 constexpr size_t kManyViews = 32;
@@ -186,7 +188,7 @@ class Projection {
   // Quads or surfels as a mask.
   Mask Draw(const ViewSurface& surface) {
     const CameraParams& camera = surface.geometry->camera();
-    DrawCloud(surface, kAllPixelRows, Quads() ? 0 : options_.close_radius);
+    DrawCloud(surface, kAllPixelRows, Quads() ? 0 : kCloseRadius);
     Mask mask(camera.width, camera.height);
     backend_.CopyToHost(mask.data.data(), coverage_mask_.data(), mask.data.size());
     return mask;
@@ -295,7 +297,7 @@ class Projection {
          .points = points_.data(),
          .count = static_cast<int64_t>(points_.size()),
          .square_pixels = Quads() ? static_cast<float>(options_.quad_pixels) : 0,
-         .disc_scale = static_cast<float>(options_.surfel_scale),
+         .disc_scale = kSurfelScale,
          .depth = surface.depth.data(),
          .depth_tolerance = static_cast<float>(options_.depth_tolerance),
          .coverage = backend_.Grow(coverage_, surface.depth.size()),

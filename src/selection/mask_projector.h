@@ -50,8 +50,6 @@ enum class ProjectorKind { kQuads, kSurfels, kGaussians };
 struct ProjectorOptions {
   ProjectorKind kind = ProjectorKind::kGaussians;
   double quad_pixels = 3;         // side of a screen-space quad
-  double surfel_scale = 1.5;      // disc radius in footprints
-  int close_radius = 2;           // surfels: pixels, morphological close of the masks
   double depth_tolerance = 0.02;  // relative; points further behind the view's depth are hidden
   double share_threshold = 0.5;   // gaussians: rendered share above which a pixel is inside
   double painted_weight = 8;      // gaussians: of a painted view's pixels as evidence

@@ -22,6 +22,9 @@ namespace retint {
 namespace {
 
 constexpr int64_t kGrain = 2048;  // points a piece of a parallel loop
+constexpr int kLeastPoints = 12;  // fewer usable points: identity
+// Points relatively further than this from the depth map are taken for occluded or wrong.
+constexpr double kMostRelativeDepth = 0.15;
 
 // What make(i), a std::optional<T>, gives for i in [0, count), in order; over threads.
 template <typename T, typename Make>
@@ -351,22 +354,22 @@ RegistrationSummary Register(SelectionCloud& cloud, const PosedCamera& view,
   }
   RegistrationSummary summary;
   const LocalCloud local = PointsOfView(cloud, view, training_view);
-  const auto seen = SeenPoints(view, training_view, mask, reconstruction, options.margin);
+  const auto seen = SeenPoints(view, training_view, mask, reconstruction, kRegistrationMargin);
   const RegistrationTransform identity = AboutCloud(local);
 
   const bool follows = FollowsDepth(cloud, local, view.camera, depth);
   const bool by_nearest = !follows && !local.has_pixels;
   auto pairs = follows      ? PairsFromDepth(seen, view.camera, depth)
-               : by_nearest ? PairsFromNearest(local, seen, options.max_relative_depth, identity)
+               : by_nearest ? PairsFromNearest(local, seen, kMostRelativeDepth, identity)
                             : PairsFromPixels(cloud, local, seen, view.camera);
-  DropOccluded(options.max_relative_depth, &pairs);
+  DropOccluded(kMostRelativeDepth, &pairs);
   HoldOut(options.heldout_fraction, options.seed, &pairs);
   summary.points_heldout = static_cast<int>(
       std::count_if(pairs.begin(), pairs.end(), [](const auto& pair) { return pair.heldout; }));
   summary.points_used = static_cast<int>(pairs.size()) - summary.points_heldout;
-  if (static_cast<int>(pairs.size()) < options.min_points) {
+  if (static_cast<int>(pairs.size()) < kLeastPoints) {
     summary.reason =
-        fmt::format("only {} usable sparse points, {} needed", pairs.size(), options.min_points);
+        fmt::format("only {} usable sparse points, {} needed", pairs.size(), kLeastPoints);
     return summary;
   }
   summary.rms_before = summary.rms_after = Rms(pairs, identity, false);

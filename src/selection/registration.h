@@ -12,12 +12,11 @@
 
 namespace retint {
 
+// Pixels that the mask is dilated by when sparse points are gathered.
+inline constexpr int kRegistrationMargin = 15;
+
 struct RegistrationOptions {
-  int margin = 15;                // pixels that the mask is dilated by when gathering sparse points
-  int min_points = 12;            // fewer usable points: identity
   double heldout_fraction = 0.2;  // of the points, for the never-worse check
-  double max_relative_depth =
-      0.15;  // points further than this from the depth map are taken for occluded or wrong
   uint64_t seed = 0;
   void Describe(OptionList& list);
   void Check() const;
