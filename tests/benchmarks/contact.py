@@ -190,7 +190,7 @@ def banana(bench):
         file = bench.options.work / f"{view}.bin"
         if not file.exists():
             bench.run("depth", folder, "--view",
-                      view, "--depth", "gaussian", "--output", file)
+                      view, "--depth-method", "gaussian", "--output", file)
         return read_depth(file)
 
     for painted in list(BANANA)[:bench.options.bananas]:
