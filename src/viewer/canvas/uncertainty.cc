@@ -22,11 +22,13 @@ Uncertainty::Uncertainty(SceneController* controller, CurrentRegion* current, QO
       Q_EMIT changed();
     });
   }
-  const auto stopped = [this](const QString& label) {
-    if (label == tr("Finding what is uncertain")) asked_ = 0;
+  const auto stopped = [this](quint64 task) {
+    if (task == task_) asked_ = 0;
   };
-  connect(controller_, &SceneController::failed, this, stopped);
-  connect(controller_, &SceneController::cancelled, this, stopped);
+  connect(controller_, &SceneController::failed, this,
+          [=](const QString&, const QString&, quint64 task) { stopped(task); });
+  connect(controller_, &SceneController::cancelled, this,
+          [=](const QString&, quint64 task) { stopped(task); });
 }
 
 std::shared_ptr<const Uncertainty::Found> Uncertainty::found() const {
@@ -56,8 +58,7 @@ void Uncertainty::Find() {
            "to select sides that you did not see"));
   }
   asked_ = selection->id;
-  const auto found = std::make_shared<Found>();
-  controller_->Run(
+  task_ = controller_->Ask(
       tr("Finding what is uncertain"),
       [=](EditSession& session, Monitor& monitor) {
         const SelectionSource& source = selection->source;
@@ -68,18 +69,20 @@ void Uncertainty::Find() {
             painted.push_back(std::move(name));
           }
         }
-        found->selection = selection->id;
-        found->views = SuggestViews(session.scene().renderer(), session.scene().reconstruction(),
-                                    session.scene().pictures().Groups(), painted,
-                                    projected.confidence, projected.visible, kSuggested, monitor);
+        Found found;
+        found.selection = selection->id;
+        found.views = SuggestViews(session.scene().renderer(), session.scene().reconstruction(),
+                                   session.scene().pictures().Groups(), painted,
+                                   projected.confidence, projected.visible, kSuggested, monitor);
         for (float& one : projected.confidence) one = 1 - one;
-        found->undecided =
+        found.undecided =
             std::make_shared<const std::vector<float>>(std::move(projected.confidence));
+        return found;
       },
-      [=, this] {
-        if (asked_ == found->selection) asked_ = 0;
-        if (found->selection != selection_) return;  // it is another by now
-        found_ = found;
+      [this](Found found) {
+        if (asked_ == found.selection) asked_ = 0;
+        if (found.selection != selection_) return;  // it is another by now
+        found_ = std::make_shared<const Found>(std::move(found));
         Q_EMIT changed();
       });
 }

@@ -30,6 +30,7 @@ class Uncertainty : public QObject {
   std::shared_ptr<const Found> found() const;
   // changed() follows, or refused(). Nothing happens where it is found already, or on its way.
   void Find();
+  SceneController::TaskId task() const { return task_; }  // of the last Find()
 
  Q_SIGNALS:
   void changed();  // found(): it was found, or is another selection's
@@ -41,7 +42,8 @@ class Uncertainty : public QObject {
   SceneController* controller_;
   CurrentRegion* current_;
   uint64_t selection_ = 0;  // of the current region; 0: none
-  uint64_t asked_ = 0;      // selection that is on its way
+  SceneController::TaskId task_ = 0;
+  uint64_t asked_ = 0;  // selection that is on its way
   std::shared_ptr<const Found> found_;
 };
 

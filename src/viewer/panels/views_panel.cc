@@ -208,15 +208,17 @@ void ViewsPanel::Connect(StrokePreview* preview) {
   connect(controller_, &SceneController::regionsChanged, this, &ViewsPanel::CountCoverage);
   connect(controller_, &SceneController::regionsChanged, this, &ViewsPanel::ForgetQuality);
   connect(controller_, &SceneController::qualityReady, this, &ViewsPanel::TakeQuality);
-  const auto stopped = [this](const QString& task) {
+  const auto stopped = [this](quint64 task) {
     const int wanted = order_->currentIndex();
-    if ((wanted == kWorstFirst && task == SceneController::tr("Measuring quality")) ||
-        (wanted == kToPaintNext && task == Uncertainty::tr("Finding what is uncertain"))) {
+    if ((wanted == kWorstFirst && task == controller_->measuring()) ||
+        (wanted == kToPaintNext && task == uncertainty_->task())) {
       Stay();
     }
   };
-  connect(controller_, &SceneController::failed, this, stopped);
-  connect(controller_, &SceneController::cancelled, this, stopped);
+  connect(controller_, &SceneController::failed, this,
+          [=](const QString&, const QString&, quint64 task) { stopped(task); });
+  connect(controller_, &SceneController::cancelled, this,
+          [=](const QString&, quint64 task) { stopped(task); });
   // Boards without photos show renders.
   connect(canvas_, &Canvas::stateChanged, &rest_, [this] {
     if (canvas_->frusta()) rest_.start();

@@ -16,6 +16,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <QObject>
@@ -135,9 +137,22 @@ class SceneController : public QObject {
 
   // Any work on the session, on the worker thread; `done` then runs on the GUI thread unless it
   // threw (failed() or cancelled() reports that). `label` names it in the status bar ("" for what
-  // takes no time); afterwards regions() is refreshed. False when no scene is open.
+  // takes no time); afterwards regions() is refreshed. 0 when no scene is open.
   using Work = std::function<void(EditSession& session, Monitor& monitor)>;
-  bool Run(const QString& label, Work work, std::function<void()> done = {});
+  using TaskId = quint64;
+  TaskId Run(const QString& label, Work work, std::function<void()> done = {});
+  // The same for work that finds something, which `done` gets.
+  template <typename Find, typename Done>
+  TaskId Ask(const QString& label, Find find, Done done) {
+    using Found = std::invoke_result_t<Find, EditSession&, Monitor&>;
+    const auto found = std::make_shared<std::optional<Found>>();
+    return Run(
+        label,
+        [found, find = std::move(find)](EditSession& session, Monitor& monitor) {
+          *found = find(session, monitor);
+        },
+        [found, done = std::move(done)] { done(std::move(**found)); });
+  }
 
   // ---- Selection and regions
 
@@ -152,7 +167,7 @@ class SceneController : public QObject {
     SelectOptions select;
     ProjectorOptions project;
   };
-  void SelectRound(Round round, std::function<void(RegionId id)> done = {});
+  TaskId SelectRound(Round round, std::function<void(RegionId id)> done = {});
   // The selection of a region anew from its paint, with other options: selectedAgain(). Of several
   // requests only the newest is finished. InputError for a region that was not painted.
   void SelectAgain(RegionId id, const SelectOptions& select, const ProjectorOptions& project);
@@ -201,7 +216,8 @@ class SceneController : public QObject {
 
   // ---- Results
 
-  void Evaluate(RegionId id);  // qualityReady()
+  void Evaluate(RegionId id);                      // qualityReady()
+  TaskId measuring() const { return measuring_; }  // of the last Evaluate()
   // Says whether what was measured is of the edit that shows; empty: there is no such region.
   std::string EditKey(RegionId id) const;
   // The same on a few views, quickly: qualityGlanced().
@@ -246,8 +262,9 @@ class SceneController : public QObject {
   // `label` began (IsBusy), or ended when empty.
   void taskChanged(const QString& label);
   void progress(const QString& stage, double fraction);
-  void cancelled(const QString& label);
-  void failed(const QString& label, const QString& message);
+  // `task`: as Run() returned it; 0: no task of Run().
+  void cancelled(const QString& label, quint64 task = 0);
+  void failed(const QString& label, const QString& message, quint64 task = 0);
 
  private:
   struct State;    // what the worker publishes after a task
@@ -256,7 +273,7 @@ class SceneController : public QObject {
   void OpenDone(const std::shared_ptr<EditSession>& session, double seconds);
   void TaskDone(const Outcome& outcome);
   void Apply(const State& state);
-  void ReportFailure(const QString& label, std::exception_ptr error);
+  void ReportFailure(const Outcome& outcome);
   // Run(), with the monitor by which this task alone is cancelled; null when no scene is open.
   std::shared_ptr<Monitor> Queue(const QString& label, Work work, std::function<void()> done);
   void Refresh();
@@ -277,6 +294,8 @@ class SceneController : public QObject {
   // Local edits that the worker has not done yet, by number.
   std::map<uint64_t, RegionEdit> pending_;
   uint64_t edits_ = 0;
+  TaskId tasks_ = 0;                          // that were queued so far
+  TaskId measuring_ = 0;
   std::shared_ptr<Monitor> selecting_again_;  // of the newest SelectAgain(); null before the first
   RegionId solo_ = 0;
   bool has_same_views_ = false;

@@ -30,6 +30,12 @@ std::string EditKeyOf(const RegionSet& regions, RegionId id) {
   return regions.FitKey(size_t(found - regions.regions.begin()), RefitJob());
 }
 
+// The quality of an edit, and which edit that was.
+struct Measured {
+  QualityReport report;
+  std::string edit;
+};
+
 }  // namespace
 
 // ---- Background optimizer
@@ -52,18 +58,17 @@ void SceneController::StartRefit() {
   if (!session_) return;
   const uint64_t generation = generation_;
   const RefitJob job = job_;
-  const auto number = std::make_shared<uint64_t>(0);
-  Run(
+  Ask(
       job.target == TargetKind::kPhoto ? tr("Reading photos") : QString(),
       [=](EditSession& session, Monitor& monitor) {
         session.refits().CollectFits();
-        *number = session.refits().Start(job, monitor);
+        return session.refits().Start(job, monitor);
       },
-      [=, this] {
+      [=, this](uint64_t number) {
         started_job_ = job;
         shown_key_ = KeyOfShown();
         refit_generation_ = generation;
-        refit_number_ = *number;
+        refit_number_ = number;
         optimizer_ = {};
         optimizer_.state = OptimizerState::kRunning;
         if (generation != generation_) {
@@ -131,46 +136,40 @@ void SceneController::PollOptimizer() {
 std::string SceneController::EditKey(RegionId id) const { return EditKeyOf(regions_, id); }
 
 void SceneController::Evaluate(RegionId id) {
-  const auto report = std::make_shared<QualityReport>();
-  const auto edit = std::make_shared<std::string>();
-  Run(
+  measuring_ = Ask(
       tr("Measuring quality"),
       [=, target = job_.target](EditSession& session, Monitor& monitor) {
         session.refits().CollectFits();
-        *report = EvaluateRegion(session, id, target, monitor);
-        *edit = EditKeyOf(session.store().regions(), id);
+        return Measured{EvaluateRegion(session, id, target, monitor),
+                        EditKeyOf(session.store().regions(), id)};
       },
-      [=, this] {
-        const bool changed = regions_.Find(id) && EditKey(id) != *edit;
+      [=, this](const Measured& measured) {
+        const bool changed = regions_.Find(id) && EditKey(id) != measured.edit;
         if (changed) return Evaluate(id);  // while it was measured
-        Q_EMIT qualityReady(id, *report);
+        Q_EMIT qualityReady(id, measured.report);
       });
 }
 
 void SceneController::Glance(RegionId id) {
-  const auto report = std::make_shared<QualityReport>();
-  const auto edit = std::make_shared<std::string>();
-  Run(
+  Ask(
       {},
       [=, target = job_.target](EditSession& session, Monitor& monitor) {
         session.refits().CollectFits();
-        if (!session.store().regions().Find(id)) return;  // deleted meanwhile
-        *report = EvaluateRegion(session, id, target, monitor, kGlancedViews);
-        *edit = EditKeyOf(session.store().regions(), id);
+        if (!session.store().regions().Find(id)) return Measured();  // deleted meanwhile
+        return Measured{EvaluateRegion(session, id, target, monitor, kGlancedViews),
+                        EditKeyOf(session.store().regions(), id)};
       },
-      [=, this] {
-        if (report->train.views > 0 && EditKey(id) == *edit) Q_EMIT qualityGlanced(id, *report);
+      [=, this](const Measured& measured) {
+        const bool is_its = measured.report.train.views > 0 && EditKey(id) == measured.edit;
+        if (is_its) Q_EMIT qualityGlanced(id, measured.report);
       });
 }
 
 void SceneController::Check() {
-  const auto check = std::make_shared<SceneCheck>();
-  Run(
+  Ask(
       {},
-      [=](EditSession& session, Monitor& monitor) {
-        *check = CheckScene(session.scene(), monitor);
-      },
-      [=, this] { Q_EMIT sceneChecked(check->warnings); });
+      [](EditSession& session, Monitor& monitor) { return CheckScene(session.scene(), monitor); },
+      [this](const SceneCheck& check) { Q_EMIT sceneChecked(check.warnings); });
 }
 
 void SceneController::RunWrite(const QString& label, const std::filesystem::path& path, Work work,

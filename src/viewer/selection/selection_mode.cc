@@ -171,9 +171,10 @@ SelectionMode::SelectionMode(SceneController* controller, QWidget* parent)
   connect(actions_, &ActionStrip::cancel, this, &SelectionMode::Leave);
   connect(actions_, &ActionStrip::targetChosen, this, &SelectionMode::ChooseTarget);
   connect(controller_, &SceneController::failed, this, &SelectionMode::TaskFailed);
-  connect(controller_, &SceneController::cancelled, this, [this](const QString& label) {
-    if (OwnLabel(label)) TaskFailed(label, tr("Cancelled, nothing was changed"));
-  });
+  connect(controller_, &SceneController::cancelled, this,
+          [this](const QString& label, quint64 task) {
+            if (task == task_) TaskFailed(label, tr("Cancelled, nothing was changed"), task);
+          });
   connect(controller_, &SceneController::progress, this, &SelectionMode::Progressed);
   connect(controller_, &SceneController::closed, this, [this] {
     has_draft_ = false;
@@ -254,7 +255,7 @@ bool SelectionMode::Enter(const SelectionEntry& entry) {
   const auto frozen = std::make_shared<Frozen>();
   frozen->selection = selection;
   const ShPointer sh = controller_->sh();
-  return controller_->Run(
+  task_ = controller_->Run(
       {},
       [frozen, sh, entry = entry_](EditSession& session, Monitor&) {
         PaintedView paper{entry.view.toStdString(), entry.camera,
@@ -267,6 +268,7 @@ bool SelectionMode::Enter(const SelectionEntry& entry) {
       [this, frozen, visit] {
         if (visit == visit_ && state_ == State::kRendering) ShowFrozen(frozen);
       });
+  return task_ != 0;
 }
 
 void SelectionMode::ShowTargets() {
@@ -359,7 +361,7 @@ void SelectionMode::Accept() {
   round.project = project_;
   const uint64_t visit = ++visit_;
   SetState(State::kComputing);
-  controller_->SelectRound(std::move(round), [this, visit](RegionId id) {
+  task_ = controller_->SelectRound(std::move(round), [this, visit](RegionId id) {
     if (visit != visit_) return;
     has_draft_ = false;
     Finish();
@@ -367,13 +369,9 @@ void SelectionMode::Accept() {
   });
 }
 
-bool SelectionMode::OwnLabel(const QString& label) const {
-  return (state_ == State::kComputing && label == tr("Selecting")) ||
-         (state_ == State::kRendering && label.isEmpty());
-}
-
-void SelectionMode::TaskFailed(const QString& label, const QString& message) {
-  if (!OwnLabel(label)) {
+void SelectionMode::TaskFailed(const QString& label, const QString& message, quint64 task) {
+  const bool waits = state_ == State::kComputing || state_ == State::kRendering;
+  if (!waits || task != task_) {
     if (state_ != State::kIdle) Q_EMIT otherFailed(label, message);
     return;
   }

@@ -93,8 +93,7 @@ class SelectionMode : public QWidget {
   void ChooseTarget(int index);
   void Finish();
   void PlaceProgress();
-  bool OwnLabel(const QString& label) const;
-  void TaskFailed(const QString& label, const QString& message);
+  void TaskFailed(const QString& label, const QString& message, quint64 task);
   void Progressed(const QString& stage, double fraction);
   QString NewName() const;
 
@@ -111,9 +110,10 @@ class SelectionMode : public QWidget {
   ProjectorOptions project_;
   State state_ = State::kIdle;
   SelectionEntry entry_;
-  std::vector<RegionId> targets_;  // as listed; 0: a new region
-  Mask before_;                    // the mask on entering
-  uint64_t visit_ = 0;             // tells the answers for this visit from late ones
+  std::vector<RegionId> targets_;     // as listed; 0: a new region
+  Mask before_;                       // the mask on entering
+  SceneController::TaskId task_ = 0;  // the mode's own that runs
+  uint64_t visit_ = 0;                // tells the answers for this visit from late ones
   // Of the strokes that the canvas holds: where they belong.
   std::shared_ptr<const RegionSelection> draft_selection_;
   bool has_draft_ = false;
