@@ -150,10 +150,10 @@ std::optional<PaintAdvice> AdviseOn(EditSession& session, const RegionOutcome& o
                                     Monitor& monitor) {
   if (outcome.confidence.empty() || outcome.refined) return std::nullopt;
   std::vector<std::string> names;
-  for (const PaintedView& view : outcome.painted) names.push_back(view.name);
+  const RegionSelection& selection = *session.store().Require(outcome.id).selection;
+  for (const PaintedView& view : selection.source.painted) names.push_back(view.name);
   return AdvisePaint(session.scene().renderer(), session.scene().reconstruction(),
-                     session.scene().pictures().Groups(), names,
-                     session.store().regions().Find(outcome.id)->selection->shares,
+                     session.scene().pictures().Groups(), names, selection.shares,
                      outcome.confidence, outcome.visible, monitor);
 }
 

@@ -51,6 +51,7 @@ void RunJob(const Arguments& arguments, Run& run) {
   for (const std::string& warning : job.warnings) run.Warn(warning);
   SceneArguments scene;
   TakeScene(job, scene);
+  CheckOutputs(job);
   const auto source =
       OpenSource(scene, arguments.large, job.holdout, &job.options.refit.options, run);
   StageCache cache(CacheFolder(arguments, job));
@@ -65,9 +66,10 @@ void RunJob(const Arguments& arguments, Run& run) {
     }
     return;
   }
-  run.SetPlan(PlanOf(job, edit.Plan()));
+  const bool evaluates = !job.outputs.report.empty() || !job.outputs.page.empty();
+  run.SetPlan(PlanOf(job, edit.Plan(), evaluates));
   edit.Run(run.monitor());
-  if (!job.outputs.report.empty() || !job.outputs.page.empty()) edit.Evaluate({}, run.monitor());
+  if (evaluates) edit.Evaluate({}, run.monitor());
   if (!run.Writes()) return;
   const ShareAmong alone;
   edit.Write(run.warnings(), run.monitor());

@@ -88,6 +88,16 @@ Plan PlanOfMask(const Typed& typed) {
   return plan;
 }
 
+// Without paint, what the pictures of the edit changed is selected.
+size_t NumPainted(const RegionRecipe& region) {
+  size_t count = region.paint.size();
+  if (count > 0) return count;
+  for (const ColorOperation& op : region.edit.operations) {
+    if (op.picture) count += op.picture->pictures.size();
+  }
+  return count;
+}
+
 // Of verbs that always do the same.
 const std::map<std::string_view, Plan>& FixedPlans() {
   static const std::map<std::string_view, Plan> plans = {
@@ -120,19 +130,20 @@ std::vector<PlannedStage> PlanOf(const CLI::App& verb) {
   return found == FixedPlans().end() ? Plan() : found->second;
 }
 
-std::vector<PlannedStage> PlanOf(const EditRecipe& recipe, const std::vector<EditStage>& stages) {
+std::vector<PlannedStage> PlanOf(const EditRecipe& recipe, const std::vector<EditStage>& stages,
+                                 bool evaluates) {
   Plan plan = {kLoad, kCheck};
   for (const EditStage& stage : stages) {
     if (stage.cached) continue;
     const RegionRecipe& region =
         *std::ranges::find(recipe.regions, stage.region, &RegionRecipe::name);
-    if (stage.name == "select") AddSelecting(&plan, region.paint.size());
+    if (stage.name == "select") AddSelecting(&plan, NumPainted(region));
     if (stage.name == "project") AddProjecting(&plan, region.options.projector.Completes());
     if (stage.name == "refine") plan.push_back({"refine", 20});
     if (stage.name == "refit") plan.push_back(kRefit);
   }
   const EditOutputs& outputs = recipe.outputs;
-  for (size_t i = 0; i < recipe.regions.size(); ++i) plan.push_back(kEvaluate);
+  if (evaluates) plan.insert(plan.end(), recipe.regions.size(), kEvaluate);
   if (!outputs.stages.empty()) plan.push_back({"save", 4});
   if (!outputs.page.empty()) plan.push_back(kPictures);
   plan.push_back(kSave);

@@ -14,7 +14,9 @@ namespace retint::cli {
 // Of a verb whose options were read. Empty: only the run itself can tell (`retint recolor`, `retint
 // run`).
 std::vector<PlannedStage> PlanOf(const CLI::App& verb);
-// Of a recipe whose scene is open; `stages` are to be done or kept.
-std::vector<PlannedStage> PlanOf(const EditRecipe& recipe, const std::vector<EditStage>& stages);
+// Of a recipe whose scene is open; `stages` are to be done or kept. `evaluates`: the edit is
+// measured afterwards.
+std::vector<PlannedStage> PlanOf(const EditRecipe& recipe, const std::vector<EditStage>& stages,
+                                 bool evaluates);
 
 }  // namespace retint::cli

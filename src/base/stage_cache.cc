@@ -63,7 +63,7 @@ fs::path StageCache::Entry(const std::string& stage, const std::string& key) con
 }
 
 bool StageCache::Has(const std::string& stage, const std::string& key) const {
-  return !folder_.empty() && IsFolder(Entry(stage, key));
+  return !folder_.empty() && !key.empty() && IsFolder(Entry(stage, key));
 }
 
 bool StageCache::Read(const std::string& stage, const std::string& key,
@@ -83,7 +83,7 @@ bool StageCache::Read(const std::string& stage, const std::string& key,
 
 void StageCache::Write(const std::string& stage, const std::string& key,
                        const std::function<void(const fs::path&)>& write) {
-  if (folder_.empty()) return;
+  if (folder_.empty() || key.empty()) return;
   const fs::path entry = Entry(stage, key);
   std::error_code code;
   fs::create_directories(folder_, code);

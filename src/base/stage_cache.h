@@ -34,7 +34,7 @@ class StageKey {
 
 class StageCache {
  public:
-  // An empty path: nothing is found and nothing is kept.
+  // With an empty path, and for an empty key, nothing is found and nothing is kept.
   explicit StageCache(std::filesystem::path folder);
   bool IsThere() const { return !folder_.empty(); }
 

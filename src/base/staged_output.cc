@@ -13,9 +13,9 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/input_file.h"
 #include "base/input_guard.h"
 #include "base/parallel.h"
-#include "splat_io/input_file.h"
 
 namespace retint {
 namespace {

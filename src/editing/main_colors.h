@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Measures what edits need to know of a region's colors. Internal to session.
+// Measures what edits need to know of a region's colors. Internal.
 #pragma once
 
 #include <cstddef>

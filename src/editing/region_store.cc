@@ -2,7 +2,6 @@
 #include "editing/region_store.h"
 
 #include <algorithm>
-#include <cctype>
 #include <functional>
 #include <utility>
 

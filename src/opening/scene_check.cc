@@ -316,7 +316,7 @@ std::string WarningOfMissingPhotos(const Workspace& workspace) {
   });
   if (missing == 0) return "";
   return std::to_string(missing) + " of " + std::to_string(views.size()) +
-         " views have no photo; their renders are taken";
+         " views have no photo, and are fitted to their renders";
 }
 
 SceneCheck CheckScene(OpenScene& scene, Monitor& monitor, const SceneCheckOptions& options) {

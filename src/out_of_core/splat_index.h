@@ -15,9 +15,9 @@
 #include <Eigen/Geometry>
 
 #include "base/error.h"
+#include "base/input_file.h"
 #include "base/monitor.h"
 #include "out_of_core/frustum.h"
-#include "splat_io/input_file.h"
 #include "splat_io/ply_file.h"
 
 namespace retint {

@@ -56,6 +56,7 @@ std::vector<const View*> ComparisonViews(const EditSession& session) {
     const Mask mask = MaskOf(regions, *view, model.Posed(*view).camera);
     if (FractionInside(mask) > kReached && !is_chosen(view)) others.push_back(view);
   }
+  if (chosen.empty() && others.empty()) return {model.ViewsByName().front()};
   const size_t wanted = std::min(kComparisonRows - chosen.size(), others.size());
   for (size_t i = 0; i < wanted; ++i) {
     chosen.push_back(others[(2 * i + 1) * others.size() / (2 * wanted)]);
@@ -115,7 +116,7 @@ DepthEstimate ComposeDepths(const Pictures& pictures, const UserPicture& picture
 }
 
 void WriteStages(const std::filesystem::path& folder, EditSession& session, RegionId id,
-                 const SelectionResult& selected, TargetKind target, Monitor& monitor) {
+                 const SelectionResult& selected, Monitor& monitor) {
   WriteDepths(folder, session, selected);
   WriteCloud(folder / "cloud_raw.ply", selected.cloud_raw);
   WriteCloud(folder / "cloud.ply", selected.cloud);
@@ -126,6 +127,10 @@ void WriteStages(const std::filesystem::path& folder, EditSession& session, Regi
     WritePng(ViewFile(folder / "paint", one.view), one.picture);
   }
   session.WriteMasks(folder / "masks", id, monitor);
+}
+
+void WriteTargets(const std::filesystem::path& folder, EditSession& session, TargetKind target,
+                  Monitor& monitor) {
   const Pictures pictures = session.scene().pictures();
   const auto& all = pictures.all();
   const FloatArray after = session.refits().CurrentSh();

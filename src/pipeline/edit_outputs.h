@@ -10,11 +10,14 @@
 
 namespace retint {
 
-// depth.bin, depth.png, cloud_raw.ply, cloud.ply, registration.json, paint/, masks/, targets/,
-// result/ of a region in `folder`; depths of further painted views as depth/<picture name>.bin and
-// .png. `selected`: of its painted views; masks from files have none.
+// depth.bin, depth.png, cloud_raw.ply, cloud.ply, registration.json, paint/ and masks/ of a region
+// in `folder`; depths of further painted views as depth/<picture name>.bin and .png. `selected`: of
+// its painted views; masks from files have none.
 void WriteStages(const std::filesystem::path& folder, EditSession& session, RegionId id,
-                 const SelectionResult& selected, TargetKind target, Monitor& monitor);
+                 const SelectionResult& selected, Monitor& monitor);
+// targets/ and result/: what the fit aimed at in each picture, and what it reached.
+void WriteTargets(const std::filesystem::path& folder, EditSession& session, TargetKind target,
+                  Monitor& monitor);
 
 // Before, mask and after of up to four views, a row each: painted ones, and others spread over
 // those that the regions reach.

@@ -68,6 +68,27 @@ std::vector<std::string> PicturesOf(const ColorEdit& edit) {
 
 }  // namespace
 
+void CheckOutputs(const EditRecipe& recipe) {
+  if (!CurrentRanks().IsRoot()) return;
+  const EditOutputs& outputs = recipe.outputs;
+  for (const fs::path& splat : outputs.splats) {
+    CodecForWriting(splat);
+    CheckOutput(splat);
+  }
+  for (const fs::path& file :
+       {outputs.report, outputs.page, outputs.comparison, outputs.finer_splat}) {
+    if (!file.empty()) CheckOutput(file);
+  }
+  for (const fs::path& folder : {outputs.masks, outputs.views, outputs.stages, outputs.session}) {
+    if (!folder.empty()) CheckOutput(folder, /*as_folder=*/true);
+  }
+  if (!outputs.session.empty()) SessionWriter(outputs.session).CheckFolder();
+  std::error_code ignored;
+  CheckOption(!fs::equivalent(outputs.stages, recipe.workspace, ignored),
+              "the folder of the stages is the workspace, whose masks it would replace: name "
+              "another folder");
+}
+
 EditRun::EditRun(const EditRecipe& recipe, SceneSource& scene, StageCache& cache,
                  EditObserver observer)
     : recipe_(recipe),
@@ -76,19 +97,18 @@ EditRun::EditRun(const EditRecipe& recipe, SceneSource& scene, StageCache& cache
       observer_(std::move(observer)),
       keeps_stages_(cache.IsThere() && scene.IsWhole() && !CurrentRanks().AreMany()),
       job_(recipe.options.refit) {
-  if (CurrentRanks().IsRoot()) CheckOutputs();
   if (job_.target == TargetKind::kPhoto) {
     const std::string missing = WarningOfMissingPhotos(scene_.workspace());
     if (!missing.empty() && observer_.warning) observer_.warning(missing);
   }
   try {
-    PlanOutputs();
+    CheckParts();
+    // Flags have been checked by their own names.
+    if (!recipe_.file.empty()) PlanOutputs();
     for (const RegionRecipe& region : recipe.regions) {
       plans_.push_back(ReadRegion(region));
       refines_ = refines_ || region.refine;
     }
-    CheckOption(scene_.IsWhole() || !refines_,
-                "Gaussians are split of a splat that is opened whole");
   } catch (const OptionError& error) {
     if (recipe_.file.empty()) throw;
     throw InputError(recipe_.file, error.what());
@@ -97,12 +117,29 @@ EditRun::EditRun(const EditRecipe& recipe, SceneSource& scene, StageCache& cache
   if (keeps_stages_) AddKeys();
 }
 
+void EditRun::CheckParts() const {
+  if (scene_.IsWhole()) return;
+  const EditOutputs& outputs = recipe_.outputs;
+  for (const fs::path& splat : outputs.splats) {
+    CheckOption(CodecForWriting(splat).Name() == "3DGS .ply",
+                "a splat that is opened in parts is written as a patched copy: " + splat.string() +
+                    " must be a 3DGS .ply");
+  }
+  for (const fs::path& folder : {outputs.masks, outputs.views, outputs.stages, outputs.session}) {
+    CheckOption(folder.empty(),
+                folder.string() + " needs all views of the scene, and it is opened in parts");
+  }
+  CheckOption(std::ranges::none_of(recipe_.regions,
+                                   [](const RegionRecipe& one) { return one.refine.has_value(); }),
+              "Gaussians are split of a splat that is opened whole");
+}
+
 // A splat may replace the scene's, and masks those of their own region, which are written as they
 // were read. No other output has the place of an input.
 void EditRun::PlanOutputs() {
   const EditOutputs& outputs = recipe_.outputs;
   const Pictures pictures = scene_.pictures();
-  if (!recipe_.file.empty()) inputs_.Add(recipe_.file);
+  inputs_.Add(recipe_.file);
   for (const fs::path& splat : outputs.splats) {
     inputs_.AllowSplat(splat);
     inputs_.Plan("outputs.splats", splat);
@@ -130,17 +167,21 @@ void EditRun::PlanOutputs() {
 EditRun::RegionPlan EditRun::ReadRegion(const RegionRecipe& region) {
   RegionPlan plan;
   plan.region = &region;
-  plan.source.select = region.options.select;
-  plan.source.select.keep_raw = !recipe_.outputs.stages.empty();
-  plan.source.projector = region.options.projector;
+  plan.edit = region.edit;
+  for (ColorOperation& op : plan.edit.operations) {
+    if (op.picture) ReadPictures(op, scene_.workspace());
+  }
+  plan.selection.source.select = region.options.select;
+  plan.selection.source.select.keep_raw = !recipe_.outputs.stages.empty();
+  plan.selection.source.projector = region.options.projector;
   const Pictures pictures = scene_.pictures();
   for (const PaintFile& paint : region.paint) {
     plan.shown.push_back(paint.view);
     for (PaintedView& view : pictures.ReadBrush(paint.view, paint.mask)) {
-      for (const PaintedView& other : plan.source.painted) {
+      for (const PaintedView& other : plan.selection.source.painted) {
         CheckOption(other.name != view.name, "view " + paint.view + " is painted twice");
       }
-      plan.source.painted.push_back(std::move(view));
+      plan.selection.source.painted.push_back(std::move(view));
     }
   }
   // The others read depth maps or run a program.
@@ -165,9 +206,9 @@ EditRun::RegionPlan EditRun::ReadRegion(const RegionRecipe& region) {
   }
   const std::string missing = WarningOfMissingMasks(masks.size(), pictures);
   if (!missing.empty()) Warn(plan, missing);
-  plan.masks = pictures.ToViews(masks);
-  const bool any =
-      std::ranges::any_of(plan.masks, [](const auto& entry) { return AnySet(entry.second); });
+  plan.selection.masks = pictures.ToViews(masks);
+  const bool any = std::ranges::any_of(plan.selection.masks,
+                                       [](const auto& entry) { return AnySet(entry.second); });
   if (!any) throw InputError("region " + region.name + ": no mask has a selected pixel");
   return plan;
 }
@@ -213,7 +254,9 @@ void EditRun::AddKeys() {
   if (recipe_.options.refit.target == TargetKind::kPhoto) {
     const Workspace& workspace = scene_.workspace();
     for (const View* view : scene_.session().scene().train_views()) {
-      if (workspace.HasPhoto(*view)) AddFile(before, workspace.PhotoPath(*view));
+      if (!workspace.HasPhoto(*view)) continue;
+      before.Add(view->name);
+      AddFile(before, workspace.PhotoPath(*view));
     }
   }
   for (RegionPlan& plan : plans_) {
@@ -221,11 +264,17 @@ void EditRun::AddKeys() {
     StageKey select("select"), project("project");
     select.Add(scene);
     select.Add(OptionKey(Described(plan.region->options.select)));
-    for (const PaintedView& view : plan.source.painted) AddMasks(select, {{view.name, view.mask}});
+    for (const PaintedView& view : plan.selection.source.painted) {
+      AddMasks(select, {{view.name, view.mask}});
+    }
+    if (plan.is_painted && plan.region->paint.empty()) {  // its pictures are its paint
+      select.Add(EditToJson(edit, /*with_tables=*/true));
+      AddPictures(select, edit, scene_.workspace());
+    }
     plan.select_key = select.Hex();
     project.Add(plan.select_key);
     project.Add(OptionKey(Described(plan.region->options.projector)));
-    AddMasks(project, plan.masks);
+    AddMasks(project, plan.selection.masks);
     plan.project_key = project.Hex();
     // A region starts from the colors that the ones before it left.
     edits.Add(plan.project_key);
@@ -288,23 +337,20 @@ void EditRun::Tell(const EditStage& stage) const {
 
 void EditRun::Warn(const RegionPlan& plan, const std::string& warning) const {
   if (!observer_.warning) return;
-  const bool alone = recipe_.regions.size() == 1;
-  observer_.warning(alone ? warning : "region '" + plan.region->name + "': " + warning);
+  const bool is_job = !recipe_.file.empty();
+  observer_.warning(!is_job ? warning : "region '" + plan.region->name + "': " + warning);
 }
 
 void EditRun::PaintFromPictures(RegionPlan& plan) {
   OpenScene& scene = scene_.session().scene();
   const Workspace& workspace = scene.workspace();
-  ColorEdit edit = plan.region->edit;
-  for (ColorOperation& op : edit.operations) {
+  std::vector<PaintedView>& painted = plan.selection.source.painted;
+  for (ColorOperation& op : plan.edit.operations) {
     if (!op.picture) continue;
-    ReadPictures(op, workspace);
     for (auto& [name, mask] : ChangedMasks(op, scene, scene.original().sh)) {
-      plan.source.painted.push_back(scene_.session().selection().Paint(name, std::move(mask)));
+      painted.push_back(scene_.session().selection().Paint(name, std::move(mask)));
       const View& view = workspace.RequireView(name);
-      if (workspace.PhotoOf(view)) {
-        plan.source.painted.back().seen = workspace.photo_pixels->Reach(view.id);
-      }
+      if (workspace.PhotoOf(view)) painted.back().seen = workspace.photo_pixels->Reach(view.id);
     }
   }
 }
@@ -313,17 +359,14 @@ void EditRun::PaintFromPictures(RegionPlan& plan) {
 void EditRun::Select(RegionPlan& plan, RegionOutcome& outcome, Monitor& monitor) {
   if (!plan.is_painted) return;
   scene_.ForPaint(plan.shown, monitor);
-  if (plan.source.painted.empty()) PaintFromPictures(plan);
-  outcome.painted = plan.source.painted;
+  if (plan.selection.source.painted.empty()) PaintFromPictures(plan);
   scene_.ForDepth(plan.source, monitor);
   const bool is_kept = plan.keeps_cloud && cache_.Has("project", plan.project_key);
   if (!is_kept) FindCloud(plan, outcome, monitor);
-  const std::string mismatch = MismatchIn(scene_.session().scene(), plan.shown);
-  if (!mismatch.empty()) Warn(plan, mismatch);
 }
 
 void EditRun::FindCloud(RegionPlan& plan, RegionOutcome& outcome, Monitor& monitor) {
-  SelectionSource& source = plan.source;
+  SelectionSource& source = plan.selection.source;
   plan.has_cloud =
       plan.keeps_cloud && cache_.Read("select", plan.select_key, [&](const fs::path& folder) {
         ReadSelected(folder, &source.cloud, &source.reports);
@@ -340,7 +383,7 @@ void EditRun::FindCloud(RegionPlan& plan, RegionOutcome& outcome, Monitor& monit
 void EditRun::Project(RegionPlan& plan, RegionOutcome& outcome, Monitor& monitor) {
   if (!plan.is_painted) return;
   EditSession& session = scene_.session();
-  SelectionSource& source = plan.source;
+  RegionSelection& selection = plan.selection;
   RegionSelection kept;
   plan.has_masks =
       plan.keeps_cloud && cache_.Read("project", plan.project_key, [&](const fs::path& folder) {
@@ -348,17 +391,23 @@ void EditRun::Project(RegionPlan& plan, RegionOutcome& outcome, Monitor& monitor
       });
   if (plan.has_masks) {
     plan.has_cloud = true;
-    plan.masks = std::move(kept.masks);
-    plan.shares = std::move(kept.shares);
-    source.cloud = std::move(kept.source.cloud);
-    source.reports = std::move(kept.source.reports);
+    kept.source.painted = std::move(selection.source.painted);
+    kept.source.select = selection.source.select;
+    kept.source.projector = selection.source.projector;
+    selection = std::move(kept);
   } else {
-    if (source.cloud.points.empty()) FindCloud(plan, outcome, monitor);
-    ProjectedMasks projected = session.selection().Project(source, monitor);
-    plan.masks = std::move(projected.masks);
-    plan.shares = std::move(projected.shares);
-    outcome.confidence = std::move(projected.confidence);
-    outcome.visible = std::move(projected.visible);
+    if (selection.source.cloud.points.empty()) FindCloud(plan, outcome, monitor);
+    ProjectedMasks projected = session.selection().Project(selection.source, monitor);
+    selection.masks = std::move(projected.masks);
+    selection.shares = std::move(projected.shares);
+    if (plans_.size() == 1) {
+      outcome.confidence = std::move(projected.confidence);
+      outcome.visible = std::move(projected.visible);
+    }
+    if (plan.keeps_cloud) {
+      cache_.Write("project", plan.project_key,
+                   [&](const fs::path& folder) { WriteProjected(folder, selection, monitor); });
+    }
   }
   // As it went: what was kept may have been damaged since.
   for (EditStage& stage : SelectionStages(plan)) {
@@ -366,7 +415,7 @@ void EditRun::Project(RegionPlan& plan, RegionOutcome& outcome, Monitor& monitor
     Tell(stage);
   }
   for (const std::string& warning :
-       WarningsOfPaint(session.scene().workspace(), source.painted, plan.masks)) {
+       WarningsOfPaint(session.scene().workspace(), selection.source.painted, selection.masks)) {
     Warn(plan, warning);
   }
 }
@@ -374,14 +423,10 @@ void EditRun::Project(RegionPlan& plan, RegionOutcome& outcome, Monitor& monitor
 void EditRun::AddRegion(RegionPlan& plan, RegionOutcome& outcome, Monitor& monitor) {
   EditSession& session = scene_.session();
   const RegionRecipe& recipe = *plan.region;
-  outcome.id = session.store().Add(recipe.name, std::move(plan.masks), std::move(plan.shares),
-                                   recipe.edit, monitor, std::move(plan.source));
+  outcome.id = session.store().Add(recipe.name, std::move(plan.selection.masks),
+                                   std::move(plan.selection.shares), plan.edit, monitor,
+                                   std::move(plan.selection.source));
   const Region* region = session.store().regions().Find(outcome.id);
-  if (plan.keeps_cloud && plan.is_painted && !plan.has_masks) {
-    cache_.Write("project", plan.project_key, [&](const fs::path& folder) {
-      WriteProjected(folder, *region->selection, monitor);
-    });
-  }
   if (!recipe.refine && scene_.IsWhole()) {
     const PaintDetail detail = DetailOfPaint(*region, session.scene());
     if (detail.IsTorn()) {
@@ -435,7 +480,8 @@ bool EditRun::UseFit(const RegionPlan& plan, RegionId id) {
 }
 
 void EditRun::Fit(const RegionPlan& plan, RegionId id, Monitor& monitor) {
-  scene_.LimitRefit(id, &job_.options);
+  // Once: the limit is part of each fit's key, and what is free differs from region to region.
+  if (!std::exchange(is_limited_, true)) scene_.LimitRefit(id, &job_.options);
   EditStage stage = RefitStage(plan);
   stage.cached = UseFit(plan, id);
   Tell(stage);
@@ -448,11 +494,17 @@ void EditRun::Fit(const RegionPlan& plan, RegionId id, Monitor& monitor) {
 }
 
 void EditRun::Run(Monitor& monitor) {
-  for (size_t i = 0; i < plans_.size(); ++i) Select(plans_[i], outcomes_[i], monitor);
+  bool is_checked = false;
+  for (size_t i = 0; i < plans_.size(); ++i) {
+    Select(plans_[i], outcomes_[i], monitor);
+    if (!plans_[i].is_painted || std::exchange(is_checked, true)) continue;
+    const std::string mismatch = MismatchIn(scene_.session().scene(), plans_[i].shown);
+    if (!mismatch.empty() && observer_.warning) observer_.warning(mismatch);
+  }
   std::vector<const SelectionSource*> selections;
   std::vector<std::string> pictures;
   for (const RegionPlan& plan : plans_) {
-    selections.push_back(&plan.source);
+    selections.push_back(&plan.selection.source);
     for (std::string& name : PicturesOf(plan.region->edit)) pictures.push_back(std::move(name));
   }
   scene_.ForSelections(selections, pictures, monitor);
@@ -479,7 +531,9 @@ void EditRun::Run(Monitor& monitor) {
 
 void EditRun::Evaluate(const EvaluationDetail& detail, Monitor& monitor) {
   report_ = FullReport(scene_.session(), job_.target, monitor, detail.most_views, detail.row_step);
-  report_.options = SettingsThatApply(Described(recipe_.options));
+  EditOptions options = recipe_.options;
+  options.refit = job_;
+  report_.options = SettingsThatApply(Described(options));
   for (size_t i = 0; i < plans_.size(); ++i) {
     for (RegionReport& region : report_.regions) {
       if (region.name == recipe_.regions[i].name) region.refine = outcomes_[i].refined;
@@ -487,33 +541,6 @@ void EditRun::Evaluate(const EvaluationDetail& detail, Monitor& monitor) {
   }
   if (report_.regions.size() == 1) report_.refine = report_.regions[0].refine;
   if (scene_.large()) report_.out_of_core = scene_.large()->Report();
-}
-
-void EditRun::CheckOutputs() const {
-  const EditOutputs& outputs = recipe_.outputs;
-  for (const fs::path& splat : outputs.splats) {
-    const SplatCodec& codec = CodecForWriting(splat);
-    CheckOption(scene_.IsWhole() || codec.Name() == "3DGS .ply",
-                "a splat that is opened in parts is written as a patched copy: " + splat.string() +
-                    " must be a 3DGS .ply");
-    CheckOutput(splat);
-  }
-  for (const fs::path& file :
-       {outputs.report, outputs.page, outputs.comparison, outputs.finer_splat}) {
-    if (!file.empty()) CheckOutput(file);
-  }
-  for (const fs::path& folder : {outputs.masks, outputs.views, outputs.stages, outputs.session}) {
-    if (!folder.empty()) CheckOutput(folder, /*as_folder=*/true);
-  }
-  if (!outputs.session.empty()) SessionWriter(outputs.session).CheckFolder();
-  const bool draws_all =
-      !outputs.stages.empty() || !outputs.views.empty() || !outputs.session.empty();
-  CheckOption(scene_.IsWhole() || !draws_all,
-              "stages, views and sessions need all of the scene, and it is opened in parts");
-  std::error_code ignored;
-  CheckOption(!fs::equivalent(outputs.stages, recipe_.workspace, ignored),
-              "the folder of the stages is the workspace, whose masks it would replace: name "
-              "another folder");
 }
 
 void EditRun::StageSplats(StagedOutput& staged, Monitor& monitor) {
@@ -551,8 +578,9 @@ void EditRun::StagePictures(StagedOutput& staged, Monitor& monitor) {
       for (size_t i = 0; i < outcomes_.size(); ++i) {
         const RegionOutcome& one = outcomes_[i];
         WriteStages(outcomes_.size() == 1 ? folder : folder / recipe_.regions[i].name, session,
-                    one.id, one.selected, job_.target, monitor);
+                    one.id, one.selected, monitor);
       }
+      WriteTargets(folder, session, job_.target, monitor);
     });
   }
   if (!outputs.masks.empty()) {

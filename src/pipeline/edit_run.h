@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Carries out a recipe: selects, projects and refits its regions in order, then writes its files.
-// The command line, job files and Python all go through here.
+// `retint recolor` and `retint run` both go through here.
 //
 // All regions are selected first and then projected, so that a scene in parts can open what they
 // need together. If Gaussians are to be split, that happens once all regions have their masks, and
@@ -43,9 +43,8 @@ struct EditObserver {
 // What a run finds out about a region besides what the session keeps.
 struct RegionOutcome {
   RegionId id = 0;
-  std::vector<PaintedView> painted;        // empty: its masks came from files
   SelectionResult selected;                // filled if outputs.stages are wanted
-  std::vector<float> confidence, visible;  // of masks that were completed in this run
+  std::vector<float> confidence, visible;  // of the only region, if its masks were completed here
   std::optional<RefineSummary> refined;    // if Gaussians were split
 };
 
@@ -55,12 +54,15 @@ struct EvaluationDetail {
   int row_step = 1;
 };
 
+// Before the scene is opened: RunError for outputs that could not be written, OptionError for
+// formats that cannot. Of several processes (base/ranks.h) the first asks.
+void CheckOutputs(const EditRecipe& recipe);
+
 class EditRun {
  public:
-  // Reads the masks of the recipe and checks what it names. InputError for masks that are no
-  // pictures of their views or select nothing and for views that do not exist; RunError for outputs
-  // that could not be written; OptionError for formats that cannot, outputs that would replace
-  // inputs, and what a scene in parts cannot do.
+  // Reads the masks and pictures of the recipe and checks what it names. InputError for masks that
+  // are no pictures of their views or select nothing and for views that do not exist; OptionError
+  // for outputs that would replace inputs, and for what a scene in parts cannot do.
   EditRun(const EditRecipe& recipe, SceneSource& scene, StageCache& cache, EditObserver observer);
 
   // What Run() would do, without doing it.
@@ -86,19 +88,18 @@ class EditRun {
   // What a region's recipe says, read and checked, and the keys of its stages.
   struct RegionPlan {
     const RegionRecipe* region = nullptr;
-    SelectionSource source;             // what is painted, and how it is selected
-    std::map<std::string, Mask> masks;  // from files, or made
-    std::vector<float> shares;
+    ColorEdit edit;                  // with its pictures read
+    RegionSelection selection;       // what is painted, then what came of it
     std::vector<std::string> shown;  // the pictures that are painted on
     std::string select_key, project_key, refine_key, refit_key;
-    bool keeps_cloud = true;  // the depth method reads nothing that the keys do not name
-    // Nor does that of a region before, from whose colors the fit starts, or of any one where
-    // Gaussians are split.
-    bool keeps_fit = true;
+    // Its depth method reads nothing that the keys do not name.
+    bool keeps_cloud = false;
+    // Nor does that of a region before it; if Gaussians are split, of any region.
+    bool keeps_fit = false;
     bool is_painted = true;                     // its masks do not come from files
     bool has_cloud = false, has_masks = false;  // they were kept
   };
-  void CheckOutputs() const;
+  void CheckParts() const;
   void PlanOutputs();
   RegionPlan ReadRegion(const RegionRecipe& region);
   void AddKeys();
@@ -127,7 +128,8 @@ class EditRun {
   StageCache& cache_;
   EditObserver observer_;
   bool keeps_stages_;
-  RefitJob job_;  // the recipe's, within the limits of memory
+  RefitJob job_;             // the recipe's, within the limits of memory
+  bool is_limited_ = false;  // so it is
   InputGuard inputs_{InputGuard::Guards::kReads};
   std::vector<RegionPlan> plans_;
   std::vector<RegionOutcome> outcomes_;

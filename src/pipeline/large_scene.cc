@@ -319,8 +319,8 @@ std::unique_ptr<EditSession> LargeScene::ForDepth(const std::vector<PosedCamera>
   need.views = before->scene().views();
   const std::vector<uint32_t> shown = BlocksOf(need);
   before->scene().renderer().SetSh(before->scene().original().sh);
-  const auto estimator =
-      MakeDepthEstimator(select.depth_method, before->scene().renderer(), workspace_.get(), select.depth);
+  const auto estimator = MakeDepthEstimator(select.depth_method, before->scene().renderer(),
+                                            workspace_.get(), select.depth);
   for (const PosedCamera& view : views) {
     const std::vector<PosedCamera> cameras = estimator->Cameras(view, monitor);
     need.cameras.insert(need.cameras.end(), cameras.begin(), cameras.end());
@@ -409,12 +409,20 @@ std::unique_ptr<EditSession> LargeScene::ForSelections(
     std::unique_ptr<EditSession> before, Monitor& monitor) {
   Need need;
   need.views = FacesOf(pictures);
-  Eigen::AlignedBox3f selected;
+  std::vector<std::vector<const View*>> largest_of;  // a selection each
   for (const SelectionSource* selection : selections) {
     AddNeed(*selection, &need);
-    selected.extend(BoxOf(selection->cloud));
+    largest_of.push_back(ViewsThatSee(BoxOf(selection->cloud)));
   }
-  return OpenLargest(std::move(need), ViewsThatSee(selected), std::move(before), monitor);
+  // In turn, so that each selection has its largest views if only some take part.
+  std::vector<const View*> largest;
+  std::set<const View*> taken;
+  for (size_t i = 0; i < workspace_->reconstruction.views.size(); ++i) {
+    for (const std::vector<const View*>& views : largest_of) {
+      if (i < views.size() && taken.insert(views[i]).second) largest.push_back(views[i]);
+    }
+  }
+  return OpenLargest(std::move(need), std::move(largest), std::move(before), monitor);
 }
 
 void LargeScene::AddNeed(const SelectionSource& selection, Need* need) const {

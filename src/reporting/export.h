@@ -51,7 +51,7 @@ std::vector<PosedCamera> ViewPath(const Reconstruction& reconstruction,
 
 // What the edit of one region did, fitted or in closed form: between what the visible regions
 // before it left and what it makes of that, so that other regions do not count as bleeding. A
-// hidden region is measured as if it showed. `most_views` as EditSession::Evaluate().
+// hidden region is measured as if it showed. `most_views` as RefitService::Evaluate().
 QualityReport EvaluateRegion(EditSession& session, RegionId id, TargetKind target, Monitor& monitor,
                              size_t most_views = 0, int row_step = 1);
 

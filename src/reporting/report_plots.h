@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Internal to session: small plots as SVG elements, for the page of a report.
+// Small plots as SVG elements, for the page of a report.
 #pragma once
 
 #include <string>

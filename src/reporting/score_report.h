@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Internal to session: views' scores summed up.
+// Views' scores, summed up.
 #pragma once
 
 #include <vector>

@@ -199,9 +199,22 @@ SelectionSource Reader::Source(const Node& node, const fs::path& folder) {
 void Reader::FindCloudAgain(SelectionSource& source) {
   std::vector<PaintedReport> saved = std::move(source.reports);
   source.cloud = {};
+  const auto select = [&] {
+    try {
+      session_.selection().Select(source, monitor_);
+    } catch (const NoDepthError&) {
+    }
+  };
   try {
-    session_.selection().Select(source, monitor_);
-  } catch (const NoDepthError&) {
+    select();
+  } catch (const Cancelled&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    // Its depth method needs depth maps or a program that are not there any more.
+    session_.Warn(std::string(error.what()) +
+                  "; the options of the selection are the defaults now");
+    source.select = {};
+    select();
   }
   source.reports = std::move(saved);
 }

@@ -11,10 +11,10 @@
 #include "base/checksum.h"
 #include "base/error.h"
 #include "base/files.h"
+#include "base/input_file.h"
 #include "base/staged_output.h"
 #include "colmap_io/image_io.h"
 #include "scene/image_checks.h"
-#include "splat_io/input_file.h"
 
 namespace retint {
 namespace {

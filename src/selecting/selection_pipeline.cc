@@ -136,9 +136,9 @@ DepthEstimate SelectionPipeline::EstimatePart(const PosedCamera& view, const Gri
   const StageClock::Lap lap(scene_.clock(), "depth");
   monitor.Step("depth", 0, 1);
   scene_.renderer().SetSh(scene_.original().sh);
-  DepthEstimate estimate =
-      MakeDepthEstimator(options.depth_method, scene_.renderer(), &scene_.workspace(), options.depth)
-          ->EstimatePart(view, part, monitor);
+  DepthEstimate estimate = MakeDepthEstimator(options.depth_method, scene_.renderer(),
+                                              &scene_.workspace(), options.depth)
+                               ->EstimatePart(view, part, monitor);
   monitor.Step("depth", 1, 1);
   return estimate;
 }

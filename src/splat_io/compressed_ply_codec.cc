@@ -6,10 +6,10 @@
 #include <numeric>
 
 #include "base/files.h"
+#include "base/input_file.h"
 #include "base/memory.h"
 #include "base/ply_header.h"
 #include "scene/morton.h"
-#include "splat_io/input_file.h"
 #include "splat_io/parallel_rows.h"
 #include "splat_io/ply_rows.h"
 #include "splat_io/row_vectors.h"

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "splat_io/input_file.h"
+#include "base/input_file.h"
 #include "splat_io/json.h"
 
 namespace retint {

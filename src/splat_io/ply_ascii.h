@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "base/input_file.h"
 #include "base/ply_header.h"
-#include "splat_io/input_file.h"
 
 namespace retint {
 

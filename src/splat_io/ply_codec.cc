@@ -11,9 +11,9 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/input_file.h"
 #include "base/ply_header.h"
 #include "scene/sh_band4.h"
-#include "splat_io/input_file.h"
 #include "splat_io/parallel_rows.h"
 #include "splat_io/ply_ascii.h"
 #include "splat_io/ply_rows.h"

@@ -12,9 +12,9 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/input_file.h"
 #include "base/parallel.h"
 #include "scene/sh_band4.h"
-#include "splat_io/input_file.h"
 #include "splat_io/ply_rows.h"
 
 namespace retint {

@@ -10,9 +10,9 @@
 #include <unordered_map>
 #include <vector>
 
+#include "base/input_file.h"
 #include "base/ply_header.h"
 #include "scene/gaussian_model.h"
-#include "splat_io/input_file.h"
 #include "splat_io/splat_io.h"
 
 namespace retint {

@@ -12,8 +12,8 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/input_file.h"
 #include "splat_io/compression.h"
-#include "splat_io/input_file.h"
 
 namespace retint {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "base/files.h"
 #include "base/finite.h"
+#include "base/input_file.h"
 #include "base/memory.h"
-#include "splat_io/input_file.h"
 #include "splat_io/parallel_rows.h"
 #include "splat_io/row_vectors.h"
 #include "splat_io/splat_row.h"

@@ -9,10 +9,10 @@
 
 #include "base/error.h"
 #include "base/finite.h"
+#include "base/input_file.h"
 #include "base/input_guard.h"
 #include "splat_io/compressed_ply_codec.h"
 #include "splat_io/gltf_codec.h"
-#include "splat_io/input_file.h"
 #include "splat_io/ksplat_codec.h"
 #include "splat_io/ply_codec.h"
 #include "splat_io/sog_codec.h"

@@ -9,9 +9,9 @@
 #include <stdexcept>
 
 #include "base/files.h"
+#include "base/input_file.h"
 #include "scene/sh_band4.h"
 #include "splat_io/compression.h"
-#include "splat_io/input_file.h"
 #include "splat_io/parallel_rows.h"
 #include "splat_io/splat_row.h"
 #include "splat_io/spz_rows.h"

@@ -21,9 +21,9 @@
 
 #include <CLI/CLI.hpp>
 
+#include "base/input_file.h"
 #include "base/memory.h"
 #include "splat_io/compression.h"
-#include "splat_io/input_file.h"
 #include "splat_io/sog_files.h"
 #include "splat_io/splat_io.h"
 #include "tests/benchmarks/main.h"

@@ -55,7 +55,7 @@ TEST(SplatAlone, APaintedViewIsRecolored) {
                       (temp / "mask.png").string(), "--to", "#ff0000", "--target", "photo",
                       "--output", (temp / "red.ply").string(), "--progress", "none"});
   ASSERT_EQ(result.code, 0) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("8 of 8 views have no photo; their renders are taken"));
+  EXPECT_THAT(result.err, HasSubstr("8 of 8 views have no photo, and are fitted to their renders"));
   result = RunRetint({"render", (temp / "ws").string(), "--splat", (temp / "red.ply").string(),
                       "--view", view.name, "--output", (temp / "after").string(), "--quiet"});
   ASSERT_EQ(result.code, 0) << result.err;

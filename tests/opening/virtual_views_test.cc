@@ -288,7 +288,7 @@ TEST_F(SplatAlone, ViewsAreKeptInTheCache) {
   model.views.erase(model.views.begin());
   std::filesystem::remove(kept / "images.bin");
   WriteReconstructionBinary(kept, model);
-  EXPECT_EQ(Open()->reconstruction().views.size(), 4u);
+  EXPECT_EQ(Open()->scene().reconstruction().views.size(), 4u);
 }
 
 TEST_F(SplatAlone, RendersServeAsPhotos) {
@@ -339,9 +339,11 @@ TEST_F(SplatAlone, ASavedSessionKeepsItsViewsToTheBit) {
   // And once more, to another place.
   SessionWriter(folder_ / "b.retint").Write(TakeSnapshot(*opened.session), monitor_);
   std::filesystem::remove_all(folder_ / "a.retint");
-  EXPECT_EQ(
-      OpenSession(folder_ / "b.retint", others, monitor_).session->reconstruction().views.size(),
-      5u);
+  EXPECT_EQ(OpenSession(folder_ / "b.retint", others, monitor_)
+                .session->scene()
+                .reconstruction()
+                .views.size(),
+            5u);
   for (const auto& part : std::filesystem::directory_iterator(folder_ / "b.retint")) {
     if (!part.path().filename().string().starts_with("views-")) continue;
     std::filesystem::resize_file(part.path() / "images.bin", 30);

@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "recolor/quality_report.h"
 #include "tests/recolor/tiny_scene.h"
+#include "tests/support/closed_form.h"
 
 namespace retint {
 namespace {
@@ -245,7 +246,7 @@ TEST(MmTest, ReportsOnlyWhatRendersShowOnTheClamp) {
     const FloatArray start =
         ClosedFormSh(*scene.backend, scene.model.sh, scene.model.NumShCoeffs(), scene.shares, edit);
     FloatArray end;
-    const auto losses = Refit(scene, edit, Exhaustive(MmAcceleration::kLbfgs, 16), &end).losses;
+    const auto losses = Refit(scene, edit, Exhaustive(16), &end).losses;
     // Weights of 8 bits miss 3e-5 of it; promises that are not kept are 5e-3 and more.
     EXPECT_NEAR(losses.back() / losses.front(),
                 SquaredError(scene, edit, end) / SquaredError(scene, edit, start), 1e-3);

@@ -42,6 +42,8 @@ inline SelectionSource TinySource(const TinyScene& scene) {
   Mask mask(32, 20);
   for (size_t i = 0; i < mask.data.size(); ++i) mask.data[i] = static_cast<uint8_t>(i * 37);
   source.painted.push_back({"free view 1", free, mask});
+  source.select.depth_method = "gaussian";
+  source.projector.completion = Completion::kAll;
   source.cloud.sources = {ViewName(0), "free view 1"};
   for (int i = 0; i < 50; ++i) {
     SelectionPoint point;

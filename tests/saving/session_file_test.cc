@@ -12,6 +12,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "reporting/report.h"
 #include "scene/image_checks.h"
 #include "tests/saving/saved_session.h"
 #include "tests/support/file_size_limit.h"
@@ -38,6 +39,8 @@ void ExpectSame(const SelectionSource& a, const SelectionSource& b) {
               b.painted[i].camera.cam_from_world.translation);
   }
   EXPECT_EQ(RegistrationsToJson(a.reports), RegistrationsToJson(b.reports));
+  EXPECT_EQ(OptionKey(Described(a.select)), OptionKey(Described(b.select)));
+  EXPECT_EQ(OptionKey(Described(a.projector)), OptionKey(Described(b.projector)));
   EXPECT_EQ(a.cloud.sources, b.cloud.sources);
   ASSERT_EQ(a.cloud.points.size(), b.cloud.points.size());
   for (size_t i = 0; i < a.cloud.points.size(); ++i) {

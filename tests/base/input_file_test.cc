@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "splat_io/input_file.h"
+#include "base/input_file.h"
 
 #include <fcntl.h>
 #include <sys/mman.h>
