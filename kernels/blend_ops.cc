@@ -80,8 +80,9 @@ void BlendOps::Blend(const ViewGeometry& view, const BlendParams& params) {
 
 void BlendOps::BlendShares(const ViewGeometry& view, const BlendSharesParams& params) {
   RequireWholeView(view);
-  Require(params.behind >= 0 && params.behind <= params.low,
-          "the share behind all Gaussians must be 0 or more, and at most the lower limit");
+  Require(params.behind >= 0 && params.behind <= params.low && params.low < params.high,
+          "the share behind all Gaussians must be 0 or more, and at most the lower limit, which "
+          "must be less than the upper one");
   DoBlendShares(view, params);
 }
 

@@ -360,7 +360,7 @@ void EditRun::Select(RegionPlan& plan, RegionOutcome& outcome, Monitor& monitor)
   if (!plan.is_painted) return;
   scene_.ForPaint(plan.shown, monitor);
   if (plan.selection.source.painted.empty()) PaintFromPictures(plan);
-  scene_.ForDepth(plan.source, monitor);
+  scene_.ForDepth(plan.selection.source, monitor);
   const bool is_kept = plan.keeps_cloud && cache_.Has("project", plan.project_key);
   if (!is_kept) FindCloud(plan, outcome, monitor);
 }

@@ -150,7 +150,9 @@ class Projection {
   // contact many do, and yet differ by less than visible_tolerance.
   void FindTolerance() {
     if (differences_.empty()) return;
-    tolerance_ = std::min(tolerance_, kTimesAgreeing * Quantile(differences_, kAgreeing));
+    const float usual = kTimesAgreeing * Quantile(differences_, kAgreeing);
+    tolerance_ = std::min(tolerance_, std::max(kSameSurface, usual));
+    differences_ = {};
   }
 
   // The paint, in the `mask` that the shares give its view.

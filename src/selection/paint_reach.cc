@@ -7,7 +7,6 @@ void SetReach(PaintReach reach, ProjectorOptions* options) {
   options->kind = ProjectorKind::kGaussians;
   options->completion = reach == PaintReach::kObject ? Completion::kNear : Completion::kOff;
   options->unknown_weight = reach == PaintReach::kExact ? 1 : ProjectorOptions().unknown_weight;
-  if (reach == PaintReach::kExact) options->paint_slack = 0;
 }
 
 std::optional<PaintReach> ReachOf(const ProjectorOptions& options) {

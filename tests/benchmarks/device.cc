@@ -174,11 +174,8 @@ class Bench {
   void Blend(const ViewGeometry& view, const Buffer<float>& features, const Buffer<float>& image) {
     backend_->blend().Blend(view, {features.data(), 3, nullptr, image.data(), nullptr, true});
   }
-  // `largest`: as the solvers have it from where the residual is made; null: it is looked for.
-  void Transpose(const ViewGeometry& view, const Buffer<float>& residual,
-                 const float* largest = nullptr) {
-    backend_->blend().BlendTranspose(view,
-                                     {residual.data(), 3, sums_.data(), kAllPixelRows, largest});
+  void Transpose(const ViewGeometry& view, const Buffer<float>& residual) {
+    backend_->blend().BlendTranspose(view, {residual.data(), 3, sums_.data(), kAllPixelRows});
   }
   void Forward(const ViewGeometry& view) {
     EvalSh(view);
@@ -190,7 +187,6 @@ class Bench {
     std::copy(roi.begin(), roi.end(), params.roi);
     if (loss_.empty()) loss_ = backend_->Allocate<double>(1);
     params.loss = loss_.data();
-    params.largest = backend_->Grow(largest_, 1);
     backend_->refit().ImageLoss(params);
   }
 
@@ -244,11 +240,9 @@ class Bench {
     backend_->solve().LinearCombination(
         {colors_.data(), base_colors_.data(), 1, -1, change_.data(), region_->num_rows() * 3});
     Blend(*region_, change_, image_);
-    float* const largest = backend_->Grow(largest_, 1);
-    backend_->refit().RegionResidual(
-        *region_, {target_.data(), 1.0f / 8192, image_.data(), image_.data(), loss_.data(),
-                   weights_.data(), largest});
-    Transpose(*region_, image_, largest);
+    backend_->refit().RegionResidual(*region_, {target_.data(), 1.0f / 8192, image_.data(),
+                                                image_.data(), loss_.data(), weights_.data()});
+    Transpose(*region_, image_);
     Gradient();
   }
   // The paper's step on the region: L1 + D-SSIM, its transpose and Adam on the active coefficients.
@@ -258,7 +252,7 @@ class Bench {
         {colors_.data(), base_colors_.data(), 1, -1, change_.data(), region_->num_rows() * 3});
     Blend(*region_, change_, image_);
     Loss(roi_);
-    Transpose(*region_, gradient_, largest_.data());
+    Transpose(*region_, gradient_);
     backend_->Fill(sh_gradient_.data(), 0, sh_gradient_.size() * sizeof(float));
     Gradient();
     backend_->solve().Adam({sh_.data(), sh_gradient_.data(), m_.data(), v_.data(),
@@ -286,7 +280,6 @@ class Bench {
   Buffer<int16_t> target_;
   Buffer<uint8_t> weights_, mask_;
   Buffer<double> loss_, share_sums_;
-  Buffer<float> largest_;
   std::array<int32_t, 4> roi_{};
   int64_t steps_ = 0;
 };

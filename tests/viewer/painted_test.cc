@@ -211,9 +211,9 @@ class PaintedTest : public ViewerTest {
   void TornPaintOffersToSplit() {
     Banner& banner = window_->banner();
     QVERIFY(!banner.IsShown());
-    Q_EMIT editor()->taken("painted.png", PaintDetail{0.3, 4});
+    Q_EMIT editor()->taken(First().id, "painted.png", PaintDetail{0.3, 4});
     QVERIFY(!banner.IsShown());
-    Q_EMIT editor()->taken("painted.png", PaintDetail{0.9, 8.4});
+    Q_EMIT editor()->taken(First().id, "painted.png", PaintDetail{0.9, 8.4});
     QVERIFY(banner.IsShown());
     QVERIFY2(banner.text().contains("90 %") && banner.text().contains("7 times as fine"),
              qPrintable(banner.text()));

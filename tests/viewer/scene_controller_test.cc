@@ -46,7 +46,7 @@ class SceneControllerTest : public QObject {
   std::string NameOf(RegionId id) const { return controller_->regions().Find(id)->name; }
   RegionId AddRegion(const QString& name) {
     QSignalSpy added(controller_.get(), &SceneController::regionAdded);
-    controller_->AddRegionFromMasks(name, scene_->Masks(subject_.object), ColorEdit());
+    AddRegionFromMasks(*controller_, name, scene_->Masks(subject_.object), ColorEdit());
     return Settle(*controller_) && !added.empty() ? added.back().front().value<RegionId>() : 0;
   }
 

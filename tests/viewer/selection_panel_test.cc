@@ -111,7 +111,7 @@ class SelectionPanelTest : public ViewerTest {
     QVERIFY(canvas().GoTo(subject_.first));
     QVERIFY(WaitSharp(*window_));
     SelectOptions select;
-    select.method = "gaussian";
+    select.depth_method = "gaussian";
     window_->selection().SetSelectOptions(select);
     window_->EnterSelection();
     QVERIFY(WaitPainting(*window_));

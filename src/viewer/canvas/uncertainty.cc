@@ -55,7 +55,7 @@ void Uncertainty::Find() {
   if (!selection->source.projector.Completes()) {
     return Q_EMIT refused(
         tr("Nothing is uncertain: only what you painted is selected. Choose \"The whole object\" "
-           "to select sides that you did not see"));
+           "and select again to take in sides that you did not see"));
   }
   asked_ = selection->id;
   task_ = controller_->Ask(

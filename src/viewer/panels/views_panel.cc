@@ -210,6 +210,7 @@ void ViewsPanel::Connect(StrokePreview* preview) {
   connect(controller_, &SceneController::qualityReady, this, &ViewsPanel::TakeQuality);
   const auto stopped = [this](quint64 task) {
     const int wanted = order_->currentIndex();
+    if (task == 0) return;
     if ((wanted == kWorstFirst && task == controller_->measuring()) ||
         (wanted == kToPaintNext && task == uncertainty_->task())) {
       Stay();

@@ -169,7 +169,7 @@ void ViewEditor::Take(const std::string& path, const Picture& picture) {
         const Region* now = controller_->regions().Find(region);
         // An edit that was made meanwhile, on its way behind this one, does not know the picture.
         if (now && PictureOf(now->edit) != *found) return Take(path, picture);
-        Q_EMIT taken(QString::fromStdString(path), *detail);
+        Q_EMIT taken(region, QString::fromStdString(path), *detail);
       });
 }
 

@@ -35,7 +35,7 @@ class ViewEditor : public QObject {
  Q_SIGNALS:
   void opened(const QString& path);
   // A picture that was saved is now part of the edit, whose paint can have so much detail.
-  void taken(const QString& path, const retint::PaintDetail& detail);
+  void taken(retint::RegionId region, const QString& path, const retint::PaintDetail& detail);
   // One that cannot be is the scene controller's failure.
   void failed(const QString& message);
 

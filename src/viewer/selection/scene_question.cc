@@ -77,16 +77,16 @@ void SceneQuestion::AskTheScene() {
 void SceneQuestion::AskTheUser(const SceneAnswer& answer) {
   mode_->canvas().SetHatched(answer.differs);
   banner_->Show(
-      {tr("Other views show %1 % of this outline otherwise (hatched). Whose outline holds?")
-           .arg(100 * answer.changed, 0, 'f', 0),
-       {{tr("Keep mine"), tr("The outline stays as you see it (Enter accepts it)"),
-         [this] { mode_->canvas().SetHatched({}); }},
-        {tr("Use the scene's"),
-         tr("The outline becomes the one of the other views (Ctrl+Z undoes)"),
-         [this, mask = answer.mask] {
-           SelectionCanvas& canvas = mode_->canvas();
-           canvas.Edited(canvas.editor().Fill(mask, Combine::kReplace));
-         }}}});
+      {.text = tr("Other views show %1 % of this outline otherwise (hatched). Whose outline holds?")
+                   .arg(100 * answer.changed, 0, 'f', 0),
+       .answers = {{tr("Keep mine"), tr("The outline stays as you see it (Enter accepts it)")},
+                   {tr("Use the scene's"),
+                    tr("The outline becomes the one of the other views (Ctrl+Z undoes)"),
+                    [this, mask = answer.mask] {
+                      SelectionCanvas& canvas = mode_->canvas();
+                      canvas.Edited(canvas.editor().Fill(mask, Combine::kReplace));
+                    }}},
+       .closed = [this] { mode_->canvas().SetHatched({}); }});
 }
 
 }  // namespace retint

@@ -173,7 +173,8 @@ SelectionMode::SelectionMode(SceneController* controller, QWidget* parent)
   connect(controller_, &SceneController::failed, this, &SelectionMode::TaskFailed);
   connect(controller_, &SceneController::cancelled, this,
           [this](const QString& label, quint64 task) {
-            if (task == task_) TaskFailed(label, tr("Cancelled, nothing was changed"), task);
+            if (task != 0 && task == task_)
+              TaskFailed(label, tr("Cancelled, nothing was changed"), task);
           });
   connect(controller_, &SceneController::progress, this, &SelectionMode::Progressed);
   connect(controller_, &SceneController::closed, this, [this] {
@@ -371,7 +372,7 @@ void SelectionMode::Accept() {
 
 void SelectionMode::TaskFailed(const QString& label, const QString& message, quint64 task) {
   const bool waits = state_ == State::kComputing || state_ == State::kRendering;
-  if (!waits || task != task_) {
+  if (!waits || task == 0 || task != task_) {
     if (state_ != State::kIdle) Q_EMIT otherFailed(label, message);
     return;
   }

@@ -70,6 +70,7 @@ Banner::Banner(QWidget* over) : QFrame(over) {
 QString Banner::text() const { return IsShown() ? message_.text : QString(); }
 
 void Banner::Show(Message message) {
+  Close();
   message_ = std::move(message);
   text_->setText(message_.text);
   picture_->setVisible(!message_.picture.isNull());
@@ -104,9 +105,10 @@ void Banner::Show(Message message) {
 void Banner::Close() {
   if (!IsShown()) return;
   const bool had_keyboard = isAncestorOf(QApplication::focusWidget());
-  message_ = {};
+  const std::function<void()> closed = std::exchange(message_, {}).closed;
   hide();
   if (had_keyboard) parentWidget()->setFocus();
+  if (closed) closed();
 }
 
 void Banner::Choose(size_t answer) {
@@ -122,6 +124,19 @@ void Banner::Place() {
   const int height = std::max(layout()->totalHeightForWidth(width), minimumSizeHint().height());
   setGeometry((over.width() - width) / 2, over.height() - kMargin - height, width, height);
   raise();
+}
+
+// The window has shortcuts for these keys.
+bool Banner::event(QEvent* event) {
+  if (event->type() == QEvent::ShortcutOverride) {
+    const int key = static_cast<QKeyEvent*>(event)->key();
+    if (key == Qt::Key_Return || key == Qt::Key_Enter || key == Qt::Key_Escape ||
+        key == Qt::Key_Tab || key == Qt::Key_Backtab) {
+      event->accept();
+      return true;
+    }
+  }
+  return QFrame::event(event);
 }
 
 bool Banner::eventFilter(QObject* object, QEvent* event) {

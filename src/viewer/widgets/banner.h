@@ -31,8 +31,9 @@ class Banner : public QFrame {
     // The first one is the default: Return chooses it while the banner has the keyboard. Without
     // answers there is a button that closes.
     std::vector<Answer> answers = {};
-    QImage picture = {};              // shown small; may be null
-    std::function<void()> open = {};  // a click on the picture
+    QImage picture = {};                // shown small; may be null
+    std::function<void()> open = {};    // a click on the picture
+    std::function<void()> closed = {};  // it went, by an answer or without one
   };
 
   explicit Banner(QWidget* over);  // its parent, at whose lower edge it lies
@@ -40,9 +41,11 @@ class Banner : public QFrame {
   void Show(Message message);  // instead of what it showed
   void Close();
   bool IsShown() const { return !isHidden(); }
+  bool Asks() const { return IsShown() && !message_.answers.empty(); }
   QString text() const;
 
  protected:
+  bool event(QEvent* event) override;
   bool eventFilter(QObject* object, QEvent* event) override;
   void keyPressEvent(QKeyEvent* event) override;
 

@@ -172,7 +172,7 @@ class MainWindow : public QMainWindow {
   // main_window_export.cc
   void ExportSplat();
   // Of the current region, into another splat, which is then open.
-  void SplitGaussians();
+  void SplitGaussians(RegionId region);
   void SplitInto(RegionId region, const QString& path);
   void ExportMasks();
   void ExportViews();
@@ -190,7 +190,7 @@ class MainWindow : public QMainWindow {
   void ConfirmReplacing(const std::filesystem::path& file, std::function<void()> go);
   // main_window_panels.cc
   void AddPanels();
-  void OfferSplitting(const PaintDetail& detail);
+  void OfferSplitting(RegionId region, const PaintDetail& detail);
 
   Theme* theme_;
   SceneController* controller_;

@@ -195,8 +195,7 @@ void MainWindow::OpenSession(const std::filesystem::path& folder, const std::str
   });
 }
 
-void MainWindow::SplitGaussians() {
-  const RegionId region = current_->id();
+void MainWindow::SplitGaussians(RegionId region) {
   if (!controller_->regions().Find(region)) return;
   // The dialog sees the name that was typed, to which an ending may be added.
   QString path = QFileDialog::getSaveFileName(

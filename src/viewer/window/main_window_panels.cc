@@ -191,11 +191,11 @@ QDockWidget* MainWindow::AddPanel(const QString& id, const QString& title, QWidg
   return dock;
 }
 
-void MainWindow::OfferSplitting(const PaintDetail& detail) {
+void MainWindow::OfferSplitting(RegionId region, const PaintDetail& detail) {
   banner_->Show(
       {QString::fromStdString(detail.Problem() + ". After splitting, " + detail.Gain() + "."),
        {{tr("Split them"), tr("Write a splat whose painted Gaussians are small, and go on with it"),
-         [this] { SplitGaussians(); }},
+         [this, region] { SplitGaussians(region); }},
         {tr("Leave them")}}});
 }
 
@@ -220,15 +220,16 @@ void MainWindow::AddPanels() {
     elsewhere->Start(current_->id(), picture->name,
                      photo ? TargetKind::kPhoto : TargetKind::kRender);
   });
-  connect(regions_panel, &RegionsPanel::splitWanted, this, &MainWindow::SplitGaussians);
+  connect(regions_panel, &RegionsPanel::splitWanted, this,
+          [this] { SplitGaussians(current_->id()); });
   connect(elsewhere, &ViewEditor::opened, this, [this](const QString& path) {
     Say(tr("%1 is open in another program. What you save there is taken over").arg(path));
   });
   connect(elsewhere, &ViewEditor::taken, this,
-          [this](const QString& path, const PaintDetail& detail) {
+          [this](RegionId region, const QString& path, const PaintDetail& detail) {
             canvas_->SetCloudShown(false);  // it would hide what was made elsewhere
             Say(tr("Took over %1").arg(path));
-            if (detail.IsTorn()) OfferSplitting(detail);
+            if (detail.IsTorn()) OfferSplitting(region, detail);
           });
   connect(elsewhere, &ViewEditor::failed, this, [this](const QString& message) {
     ShowError(tr("The view cannot be edited elsewhere"), message);
