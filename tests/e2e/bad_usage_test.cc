@@ -409,7 +409,7 @@ const Row kUsageRows[] = {
      [](Place& p) {
        return Recolor(p, {"--set", "solver=newton"});
      }},
-    {"UnknownOption", 2, "there is no option 'ridge_rust'; did you mean ridge_rest?",
+    {"UnknownOptionOfSet", 2, "there is no option 'ridge_rust'; did you mean ridge_rest?",
      [](Place& p) {
        return Recolor(p, {"--set", "ridge_rust=1"});
      }},
