@@ -76,7 +76,7 @@ PosedCamera MakeCamera(int width, int height, double fx, double fy, double cx, d
 
 void BindCamera(py::module_& module) {
   py::class_<PosedCamera>(
-      module, "The view's Camera.",
+      module, "Camera",
       "A pinhole camera and its pose. x points right, y down, z forward; pixel (x, y) covers "
       "[x, x+1) x [y, y+1).")
       .def(py::init(&MakeCamera), py::arg("width"), py::arg("height"), py::arg("fx"), py::arg("fy"),
