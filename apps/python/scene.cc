@@ -159,7 +159,7 @@ void BindWorkspace(py::module_& module) {
           "id", [](const PyView& v) { return v.view->id; }, "COLMAP's image id.")
       .def_property_readonly(
           "camera", [](const PyView& v) { return v.workspace->reconstruction.Posed(*v.view); },
-          "Camera")
+          "The view's Camera.")
       .def_property_readonly(
           "photo_path", [](const PyView& v) { return FromPath(v.workspace->PhotoPath(*v.view)); },
           "Path of the photo. The file may be missing.")

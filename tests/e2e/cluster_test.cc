@@ -146,7 +146,7 @@ TEST(ClusterFaults, AFileThatNoRankCanReadIsToldOnce) {
   CommandOptions options;
   options.launcher = Launcher(3);
   auto arguments = Arguments(temp.path(), {"--tint", "1,0,0"});
-  arguments[4] = "/nonexistent/splat.ply";
+  arguments[3] = "/nonexistent/splat.ply";
   const CommandResult result = RunRetint(arguments, options);
   ExpectOneLine(result, temp.path());
   EXPECT_EQ(result.code, 3);

@@ -132,7 +132,7 @@ TEST_F(JobRun, LaterRegionsStartFromEarlierOnes) {
   EXPECT_TRUE(ReadFile(temp_ / "out.ply") == expected);
   job_["regions"][1]["edit"] = {{"operations", {{{"op", "invert"}}}}};
   EXPECT_EQ(States(Run().out),
-            "select kept, project kept, refit kept, select kept, project kept, refit done");
+            "select kept, project kept, select kept, project kept, refit kept, refit done");
 }
 
 TEST_F(JobRun, FinerGaussiansAreThoseOfRecolorAndAreKept) {
