@@ -16,7 +16,7 @@ enum class PaintReach {
   kSurface,
   // completion near: also sides that nobody saw, if they are connected to the paint.
   kObject,
-  // completion off, unknown_weight 1, paint_slack 0: what no painted view sees counts against the
+  // completion off, unknown_weight 1: what no painted view sees counts against the
   // selection as much as what one sees beside the paint, and no border moves.
   kExact,
 };

@@ -41,9 +41,9 @@ const Row kUsageRows[] = {
      [](Place& p) {
        return Recolor(p, {"--adjust", "hue=20,hues=40:40"});
      }},
-    {"ColorInWords", 2, "--to 'blue'",
+    {"ColorThatIsNone", 2, "--to 'bluw': 'bluw' is not a color; did you mean blue?",
      [](Place& p) {
-       return Recolor(p, {"--to", "blue"});
+       return Recolor(p, {"--to", "bluw"});
      }},
     {"ColorWithoutItsSign", 2, "'3060ff' is not a color (expected #rrggbb",
      [](Place& p) {
@@ -217,7 +217,7 @@ const Row kUsageRows[] = {
      [](Place& p) {
        return Recolor(p, {"--palette", "99,1=#ff0000"});
      }},
-    {"PaletteWithNan", 2, "palette 'nan,1=#ff0000': holds a value that is not finite",
+    {"PaletteWithNan", 2, "palette 'nan,1=#ff0000': 'nan' is not a color",
      [](Place& p) {
        return Recolor(p, {"--palette", "nan,1=#ff0000"});
      }},
@@ -315,7 +315,7 @@ const Row kUsageRows[] = {
        return Arguments{"score",       "--truth", p.In("masks"), "--masks",
                         p.In("masks"), "--tint",  "1,0,0"};
      }},
-    {"ScoreWithinAnAngleOfNoView", 2, "--within requires --workspace",
+    {"ScoreWithinAnAngleOfNoView", 2, "--within requires --cameras",
      [](Place& p) {
        return Arguments{"score",       "--truth",  p.In("masks"), "--masks",
                         p.In("masks"), "--within", "20"};
@@ -361,7 +361,7 @@ const Row kUsageRows[] = {
                  R"( "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}]})");
        return Recolor(p, {"--report", p.In("transforms.json")});
      }},
-    {"StagesOverTheWorkspace", 2, "--save-stages is the workspace",
+    {"StagesOverTheWorkspace", 2, "the folder of the stages is the workspace",
      [](Place& p) {
        fs::rename(MaskOf(p), p.in / "paint.png");
        return Recolor(p, {"--mask", p.In("paint.png"), "--save-stages", p.in.string()});
@@ -395,7 +395,7 @@ const Row kUsageRows[] = {
                    {"--view", "cam/000.png", "--mask", p.In("masks/cam/000.png.png"), "--tint",
                     "#3060ff", "--output", p.Out("o.ply"), "--save-stages", p.in.string()});
      }},
-    {"ConvertedOverItsReport", 2, "output and --report name one file",
+    {"ConvertedOverItsReport", 2, "OUTPUT and --report name one file",
      [](Place& p) {
        return Arguments{"convert", p.In("splat.ply"), p.Out("o.spz"), "--report", p.Out("o.spz")};
      }},

@@ -173,7 +173,7 @@ TEST(ClusterFaults, AFileThatOneRankCannotReadEndsAll) {
   TempFolder temp;
   const auto good = Arguments(temp.path(), {"--tint", "1,0,0"});
   auto bad = good;
-  bad[4] = "/nonexistent/splat.ply";
+  bad[3] = "/nonexistent/splat.ply";
   CommandOptions options;
   options.launcher = BesideAShell(Line(good));
   const CommandResult result = RunRetint(bad, options);

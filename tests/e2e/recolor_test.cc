@@ -458,7 +458,7 @@ TEST(Recolor, ThePaperPresetRunsAndFlagsWin) {
   const json& options = report["options"];
   EXPECT_EQ(options["depth_method"], "stereo-hv");
   EXPECT_EQ(options["stereo-hv"]["aggregate"], "min");
-  for (const char* name : {"both_sides", "arbitrate", "refine"}) {
+  for (const char* name : {"both_sides", "arbitrate", "subpixel"}) {
     EXPECT_EQ(options["stereo-hv"][name], false) << name;
   }
   EXPECT_EQ(options["register_cloud"], false);

@@ -87,7 +87,7 @@ TEST(Verbs, HelpHasTiers) {
   EXPECT_LE(flags(brief), 27);
   EXPECT_GT(flags(whole), flags(brief));
   EXPECT_THAT(brief, HasSubstr("Examples:"));
-  EXPECT_THAT(whole, Not(HasSubstr("ridge")));
+  EXPECT_THAT(whole, Not(HasSubstr("--ridge")));
   EXPECT_THAT(RunRetint({"options"}).out, HasSubstr("mm.ridge_rest"));
   EXPECT_THAT(RunRetint({"options", "ridge_rest"}).out, HasSubstr("--set mm.ridge_rest=0.001"));
   EXPECT_EQ(RunRetint({"options", "ridge_rust"}).code, 2);
@@ -188,7 +188,7 @@ TEST(Verbs, InfoDoesWithoutPhotosAndWithoutASplat) {
 TEST(Verbs, InfoNeedsSomethingToDescribe) {
   const CommandResult result = RunRetint({"info"});
   EXPECT_EQ(result.code, 2);
-  EXPECT_THAT(result.err, HasSubstr("--workspace, --splat or both"));
+  EXPECT_THAT(result.err, HasSubstr("SCENE is required"));
 }
 
 TEST(Verbs, RenderWritesWhatIsAskedFor) {

@@ -83,7 +83,7 @@ TEST(ParseOperationTest, ReadsPalettes) {
   EXPECT_THAT(FaultOf(Kind::kPalette, "2.5,1=#ff0000"), HasSubstr("from 1 to 16, not 2.5"));
   EXPECT_THAT(FaultOf(Kind::kPalette, "3,4=#ff0000"), HasSubstr("an index must be from 1 to 3"));
   EXPECT_THAT(FaultOf(Kind::kPalette, "3,2"), HasSubstr("'2' has no color"));
-  EXPECT_THAT(FaultOf(Kind::kPalette, "3,2=blew"), HasSubstr("is not a color; did you mean blue?"));
+  EXPECT_THAT(FaultOf(Kind::kPalette, "3,2=bluw"), HasSubstr("is not a color; did you mean blue?"));
   EXPECT_THAT(FaultOf(Kind::kPalette, "#ff0000=#00ff00,2=#0000ff"), HasSubstr("is not a color"));
 }
 

@@ -18,13 +18,13 @@ TEST(PaintReach, EachChoiceIsRecognizedAgain) {
   EXPECT_EQ(options.unknown_weight, ProjectorOptions().unknown_weight);
 }
 
-TEST(PaintReach, ExactPaintHasNoSlack) {
+TEST(PaintReach, ChoicesKeepTheSlack) {
   ProjectorOptions options;
   options.paint_slack = 0.01;
-  SetReach(PaintReach::kSurface, &options);
-  EXPECT_EQ(options.paint_slack, 0.01);
-  SetReach(PaintReach::kExact, &options);
-  EXPECT_EQ(options.paint_slack, 0);
+  for (const PaintReach reach : {PaintReach::kSurface, PaintReach::kExact, PaintReach::kObject}) {
+    SetReach(reach, &options);
+    EXPECT_EQ(options.paint_slack, 0.01);
+  }
 }
 
 TEST(PaintReach, OtherOptionsStandForNoChoice) {

@@ -62,6 +62,7 @@ ReachChoice::ReachChoice(QWidget* parent) : QWidget(parent) {
     auto* button = new QToolButton;
     button->setObjectName(NameOf(reach));
     button->setText(ReachText(reach));
+    button->setAccessibleName(ReachText(reach));
     button->setToolTip(ReachTip(reach));
     button->setCheckable(true);
     button->setFocusPolicy(Qt::TabFocus);
