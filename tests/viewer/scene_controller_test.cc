@@ -90,13 +90,21 @@ class SceneControllerTest : public QObject {
     QVERIFY(jug != 0 && cup != 0 && lid != 0);
     const std::vector<std::function<void()>> edits = {
         [&] {
-          controller_->SetEdit(cup, ColorEdit::Tint({0.2F, 1, 1}), 0.5F, "");
+          controller_->Do(SetEdit{cup, ColorEdit::Tint({0.2F, 1, 1}), 0.5F}, "");
         },
-        [&] { controller_->SetVisible(jug, false); },
-        [&] { controller_->Rename(lid, "cover"); },
-        [&] { controller_->Move(lid, 1); },
-        [&] { controller_->Move(jug, 99); },  // after the last
-        [&] { controller_->Remove(cup); },
+        [&] {
+          controller_->Do(SetVisible{jug, false});
+        },
+        [&] {
+          controller_->Do(RenameRegion{lid, "cover"});
+        },
+        [&] {
+          controller_->Do(MoveRegion{lid, 1});
+        },
+        [&] {
+          controller_->Do(MoveRegion{jug, 99});
+        },  // after the last
+        [&] { controller_->Do(RemoveRegion{cup}); },
     };
     for (const auto& edit : edits) {
       std::promise<void> gate;

@@ -138,7 +138,7 @@ class SelectionPanelTest : public ViewerTest {
     QTRY_VERIFY(!dialog());
     // It is over when one goes on with the region.
     QVERIFY(banner.IsShown());
-    controller().SetEdit(window_->current_region(), ColorEdit::Tint({0.2F, 0.9F, 0.3F}));
+    controller().Do(SetEdit{window_->current_region(), ColorEdit::Tint({0.2F, 0.9F, 0.3F})});
     QTRY_VERIFY(!banner.IsShown());
   }
 
