@@ -20,7 +20,7 @@ set(retint_opening_names Thinned)
 set(retint_editing_names kOverNoise)
 set(retint_reporting_names Row)
 set(retint_pipeline_names Mebibytes kMiB)
-set(retint_cli_names Arguments CheckArguments OpenPainted Typed)
+set(retint_cli_names Arguments CheckArguments Joined OpenPainted Typed)
 
 # Sources that are compiled alone: for several instruction sets, with a using directive, or with a name of a header.
 set(retint_kernels_alone cpu/edit_colors.cc cpu/image_loss_simd.cc cpu/reached_tiles.cc cpu/sh_kernels.cc

@@ -162,8 +162,8 @@ void BindOutlines(py::class_<PySession>& type) {
              const py::object& box, const py::object& like, int snap_edge, bool this_view_alone,
              const std::string& image, const std::string& pixels, py::object progress) {
             return FromPixels(MakeMask(self, view, inside, outside, brush, mask, wand, scissors,
-                                       sphere, box, like, snap_edge, this_view_alone, image,
-                                       pixels, std::move(progress)));
+                                       sphere, box, like, snap_edge, this_view_alone, image, pixels,
+                                       std::move(progress)));
           },
           py::arg("view"), py::kw_only(), py::arg("inside") = none, py::arg("outside") = none,
           py::arg("brush") = 6.0, py::arg("mask") = none, py::arg("wand") = none,

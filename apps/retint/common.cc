@@ -21,6 +21,7 @@
 #include "opening/scene_check.h"
 #include "retint/help.h"
 #include "retint/version.h"
+#include "scene/mask_pixels.h"
 #include "selecting/paint_held.h"
 
 namespace retint::cli {
@@ -269,7 +270,10 @@ MaskFolder ReadMasksByName(const std::filesystem::path& folder, const Pictures& 
   const std::string missing =
       WarningOfMissingMasks(masks.masks.size() + masks.empty.size(), pictures);
   if (!missing.empty()) run.Warn(folder.string() + ": " + missing);
-  if (masks.masks.empty()) throw InputError(folder, "no mask has a selected pixel");
+  const bool any =
+      std::ranges::any_of(masks.masks, [](const auto& entry) { return AnyInside(entry.second); });
+  // A map of labels has small numbers.
+  if (!any) throw InputError(folder, "no mask has a selected pixel, 128 or more of 255");
   return masks;
 }
 

@@ -38,7 +38,7 @@ struct StereoHvOptions {
   double left_right_tolerance = 1;  // pixels between the two directions of a pair
   double agree_tolerance = 1;       // pixels between pairs
   bool arbitrate =
-      true;            // settle disagreements with the Gaussians' depth; false: stereo always wins
+      true;  // settle disagreements with the Gaussians' depth; false: stereo always wins
   bool subpixel = true;  // sub-pixel refinement against all shifted views at once
   StereoMatcherKind matcher = StereoMatcherKind::kCensus;
   SgbmOptions sgbm;  // of OpenCV's matcher

@@ -23,7 +23,7 @@
 #include "reporting/export.h"
 #include "reporting/report_html.h"
 #include "saving/session_file.h"
-#include "scene/image_checks.h"
+#include "scene/mask_pixels.h"
 #include "selecting/paint_held.h"
 #include "splat_io/splat_io.h"
 
@@ -208,8 +208,10 @@ EditRun::RegionPlan EditRun::ReadRegion(const RegionRecipe& region) {
   if (!missing.empty()) Warn(plan, missing);
   plan.selection.masks = pictures.ToViews(masks);
   const bool any = std::ranges::any_of(plan.selection.masks,
-                                       [](const auto& entry) { return AnySet(entry.second); });
-  if (!any) throw InputError("region " + region.name + ": no mask has a selected pixel");
+                                       [](const auto& entry) { return AnyInside(entry.second); });
+  if (!any)
+    throw InputError("region " + region.name +
+                     ": no mask has a selected pixel, 128 or more of 255");
   return plan;
 }
 

@@ -44,8 +44,8 @@ struct ViewMaskRequest {
   // Strokes: what this view alone does not decide stays as its colors and edges have it, instead
   // of being decided by the Gaussians, which all views show (AskScene()).
   bool this_view_alone = false;
-  int snap_edge = 0;  // pixels, 0: the border stays; see RefineEdge()
-  bool photo = false;   // edges and colors are read in the photo, not in the render
+  int snap_edge = 0;   // pixels, 0: the border stays; see RefineEdge()
+  bool photo = false;  // edges and colors are read in the photo, not in the render
 
   // OptionError when more than one thing selects, nothing selects or limits, or there are strokes
   // outside and none inside.

@@ -294,7 +294,7 @@ class SceneController : public QObject {
   // Local edits that the worker has not done yet, by number.
   std::map<uint64_t, RegionEdit> pending_;
   uint64_t edits_ = 0;
-  TaskId tasks_ = 0;                          // that were queued so far
+  TaskId tasks_ = 0;  // that were queued so far
   TaskId measuring_ = 0;
   std::shared_ptr<Monitor> selecting_again_;  // of the newest SelectAgain(); null before the first
   RegionId solo_ = 0;
