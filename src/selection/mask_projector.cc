@@ -526,9 +526,10 @@ bool HoldsPaint(const std::vector<PaintedView>& painted, const ProjectedMasks& p
   return !any_painted;
 }
 
-bool HoldsGaussians(const std::vector<float>& shares, const ProjectorOptions& options) {
-  return std::any_of(shares.begin(), shares.end(),
-                     [&](float share) { return double(share) >= options.share_threshold; });
+// Whether a fit would change any. A thin stroke may take less than half of each large Gaussian.
+bool HoldsGaussians(const std::vector<float>& shares) {
+  constexpr float kLeast = 0.05f;  // as RefitOptions::active_threshold
+  return std::any_of(shares.begin(), shares.end(), [](float share) { return share > kLeast; });
 }
 
 void Finish(ProjectedMasks* result) {
@@ -662,7 +663,7 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   ShareMasks(reconstruction, all_masked, masked_views, &result.masks);
   Finish(&result);
   // A painted view shows its paint in any case; other views show Gaussians.
-  const bool holds = lifts ? HoldsGaussians(result.shares, options) : HoldsPaint(painted, result);
+  const bool holds = lifts ? HoldsGaussians(result.shares) : HoldsPaint(painted, result);
   if (!painted.empty() && !holds) {
     throw InputError(
         "the selection holds nothing of what was painted: the splat is too faint there");

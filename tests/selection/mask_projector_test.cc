@@ -470,14 +470,12 @@ TEST_F(MaskProjectorTest, AnswersBadInput) {
     EXPECT_THAT(run(lost, {}), ThrowsMessage<InputError>(HasSubstr("reaches no view")));
   }
   // A selection of something else than what was painted.
+  options.kind = ProjectorKind::kQuads;
   PaintedView corner = Paint(2);
   std::fill(corner.mask.data.begin(), corner.mask.data.end(), 0);
   corner.mask(0, 0) = 255;
-  for (const auto kind : {ProjectorKind::kQuads, ProjectorKind::kGaussians}) {
-    options.kind = kind;
-    EXPECT_THAT(run(Cloud(2), {corner}),
-                ThrowsMessage<InputError>(HasSubstr("nothing of what was painted")));
-  }
+  EXPECT_THAT(run(Cloud(2), {corner}),
+              ThrowsMessage<InputError>(HasSubstr("nothing of what was painted")));
   views.clear();
   EXPECT_THROW(run(Cloud(2), {})(), InputError);
   options.share_threshold = 1;
