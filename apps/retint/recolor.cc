@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // retint recolor: the whole pipeline, painted views to a recolored splat. Flags become a recipe
 // (pipeline/edit_recipe.h), which EditRun carries out.
+#include <fstream>
+#include <iterator>
+
 #include <fmt/format.h>
 
 #include "base/error.h"
@@ -144,10 +147,20 @@ void AddOutputs(CLI::App* verb, Arguments& arguments) {
 }
 
 // The page goes beside the splat, unless a flag says otherwise.
+// An earlier page may be replaced, but no page of somebody else's that lies there.
+bool IsOurs(const std::filesystem::path& page) {
+  std::ifstream file(page);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  return text.find("<p>Retint ") != std::string::npos;
+}
+
 void NamePage(Arguments& arguments) {
   if (arguments.no_page || !arguments.outputs.page.empty()) return;
-  arguments.outputs.page = arguments.output;
-  arguments.outputs.page.replace_extension(".html");
+  std::filesystem::path page = arguments.output;
+  page.replace_extension(".html");
+  std::error_code ignored;
+  if (std::filesystem::exists(page, ignored) && !IsOurs(page)) return;
+  arguments.outputs.page = page;
   arguments.page_flag->add_result(arguments.outputs.page.string());  // for the checks of files
 }
 
