@@ -351,8 +351,9 @@ EditOptions Resolve(const EditArguments& edit, const Globals& globals) {
   EditOptions options = edit.options;
   OptionList list;
   options.Describe(list);
-  edit.flags.TakeOver(Described(PresetOptions(edit.preset)), list);
-  options.SetSeed(globals.seed);
+  EditOptions preset = PresetOptions(edit.preset);
+  preset.SetSeed(globals.seed);
+  edit.flags.TakeOver(Described(preset), list);
   options.EndByThemselves();
   options.Check();
   return options;
