@@ -26,7 +26,9 @@ struct Arguments {
 void Project(const Arguments& arguments, Run& run) {
   const ProjectorOptions options = Resolve(arguments.edit, run.globals()).projector;
   if (run.Writes()) CheckOutput(arguments.output, /*as_folder=*/true);
-  SelectionSource source{.projector = options, .cloud = ReadCloud(arguments.cloud)};
+  SelectionSource source;
+  source.projector = options;
+  source.cloud = ReadCloud(arguments.cloud);
   if (source.cloud.points.empty()) throw InputError(arguments.cloud, "holds no points");
   const auto large = OpenLarge(arguments.scene, arguments.large, 0, /*refit=*/nullptr, run);
   auto session =

@@ -19,6 +19,7 @@
 #include "opening/scene_check.h"
 #include "pipeline/edit_outputs.h"
 #include "pipeline/stage_files.h"
+#include "pipeline/stage_keys.h"
 #include "recolor/edit_text.h"
 #include "reporting/export.h"
 #include "reporting/report_html.h"
@@ -31,27 +32,6 @@ namespace retint {
 namespace {
 
 namespace fs = std::filesystem;
-
-void AddMasks(StageKey& key, const std::map<std::string, Mask>& masks) {
-  for (const auto& [name, mask] : masks) {
-    key.Add(name);
-    key.AddValue(mask.width);
-    key.Add({reinterpret_cast<const char*>(mask.data.data()), mask.data.size()});
-  }
-}
-
-void AddSum(StageKey& key, const FileChecksum& sum) {
-  key.AddValue(sum.bytes);
-  key.AddValue(sum.xxh64);
-}
-
-void AddFile(StageKey& key, const fs::path& file) { AddSum(key, ChecksumFile(file)); }
-
-void AddPictures(StageKey& key, const ColorEdit& edit, const Workspace& workspace) {
-  for (const ColorOperation& op : edit.operations) {
-    for (const fs::path& file : FilesCompared(op, workspace)) AddFile(key, file);
-  }
-}
 
 bool HasPictures(const ColorEdit& edit) {
   return std::ranges::any_of(edit.operations, [](const auto& op) { return op.picture != nullptr; });
@@ -215,38 +195,8 @@ EditRun::RegionPlan EditRun::ReadRegion(const RegionRecipe& region) {
   return plan;
 }
 
-// The splat's bytes, cameras, poses and points, and what computes with them.
-std::string EditRun::SceneKey() const {
-  const OpenScene& scene = scene_.session().scene();
-  StageKey key("scene");
-  key.Add(Version());
-  key.Add(scene.backend().Name());
-  AddSum(key, scene.splat_checksum().get());
-  const Reconstruction& model = scene.reconstruction();
-  for (const View* view : model.ViewsByName()) {
-    const Camera& camera = model.cameras.at(view->camera_id);
-    key.Add(view->name);
-    key.AddValue(camera.model);
-    key.AddValue(camera.width);
-    key.AddValue(camera.height);
-    for (const double value : camera.params) key.AddValue(value);
-    for (const double value : view->cam_from_world.rotation.coeffs()) key.AddValue(value);
-    for (const double value : view->cam_from_world.translation) key.AddValue(value);
-    for (const Observation& observation : view->observations) {
-      if (observation.point_id == kInvalidPointId) continue;
-      key.AddValue(observation.point_id);
-      for (const double value : observation.xy) key.AddValue(value);
-    }
-  }
-  for (const auto& [id, point] : model.points) {
-    key.AddValue(id);
-    for (const double value : point.xyz) key.AddValue(value);
-  }
-  return key.Hex();
-}
-
 void EditRun::AddKeys() {
-  const std::string scene = SceneKey();
+  const std::string scene = SceneKey(scene_.session().scene());
   StageKey before("refit"), edits("edits"), refine("refine");
   refine.Add(scene);
   refine.AddValue(recipe_.holdout);
@@ -288,10 +238,7 @@ void EditRun::AddKeys() {
     refine.Add(plan.project_key);
     refine.Add(OptionKey(Described(*plan.region->refine)));
     // Paint says which Gaussians are split.
-    if (std::ranges::any_of(edit.operations,
-                            [](const auto& op) { return op.picture != nullptr; })) {
-      refine.Add(edits.Hex());
-    }
+    if (HasPictures(edit)) refine.Add(edits.Hex());
     plan.refine_key = refine.Hex();
   }
   if (refines_) before.Add(refine.Hex());

@@ -103,7 +103,6 @@ class EditRun {
   void PlanOutputs();
   RegionPlan ReadRegion(const RegionRecipe& region);
   void AddKeys();
-  std::string SceneKey() const;
   std::vector<EditStage> SelectionStages(const RegionPlan& plan) const;
   EditStage RefineStage(const RegionPlan& plan) const;
   EditStage RefitStage(const RegionPlan& plan) const;
@@ -119,7 +118,6 @@ class EditRun {
   bool UseFit(const RegionPlan& plan, RegionId id);
   void StageSplats(StagedOutput& staged, Monitor& monitor);
   void StagePictures(StagedOutput& staged, Monitor& monitor);
-  void StageFolders(StagedOutput& staged, Monitor& monitor);
   void StageReports(StagedOutput& staged, const std::vector<std::string>& warnings,
                     Monitor& monitor);
 

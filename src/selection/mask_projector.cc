@@ -16,11 +16,11 @@
 #include <opencv2/imgproc.hpp>
 
 #include "base/error.h"
-#include "base/median.h"
 #include "base/parallel.h"
 #include "render/view_reducer.h"
 #include "scene/image_checks.h"
 #include "scene/mask_pixels.h"
+#include "selection/depth_agreement.h"
 #include "selection/evidence.h"
 #include "selection/mask_tools/paint_border.h"
 #include "selection/share_renderer.h"
@@ -39,16 +39,7 @@ constexpr size_t kManyViews = 32;
 uint16_t LiftedRows(size_t views) { return views < kManyViews ? 0x5555 : 0x0101; }
 // Relative step in depth that makes the paint's border a silhouette.
 constexpr float kSilhouetteJump = 0.005f;
-// Relative difference in depth up to which two views surely show one surface. A thing and the wall
-// behind it may lie closer together than visible_tolerance.
-constexpr float kSameSurface = 0.005f;
-// The look-up's tolerance is kTimesAgreeing times the difference that a part kAgreeing of the
-// depths keeps within; docs/decisions/0037 says what else was tried. They are those of kCompared
-// views, in every kComparedStep-th row and column: enough for a quantile.
-constexpr double kAgreeing = 0.8;
-constexpr float kTimesAgreeing = 3;
-constexpr size_t kCompared = 4;
-constexpr int kComparedStep = 4;
+constexpr size_t kCompared = 4;  // views whose depths say how well the scene's agree
 // A hand may miss the border by this share of the picture's longer side. Farther from it, pixels
 // surely show Gaussians that are painted, or that are not.
 constexpr double kSurePaint = 0.01;
@@ -123,35 +114,15 @@ class Projection {
 
   // Compares a view's depths with those of the painted views, for FindTolerance().
   void Compare(const PosedCamera& posed, const ViewSurface& surface) {
-    const int width = posed.camera.width, height = posed.camera.height;
-    const std::vector<float> depth = backend_.Download(surface.depth.data(), surface.depth.size());
+    const DepthView view = Downloaded(posed, surface.depth);
     for (const Painted& painted : painted_) {
-      const Camera& camera = painted.camera.camera;
-      const std::vector<float> theirs =
-          backend_.Download(painted.depth.data(), painted.depth.size());
-      for (int y = 0; y < height; y += kComparedStep) {
-        for (int x = 0; x < width; x += kComparedStep) {
-          const float z = depth[size_t(y) * size_t(width) + size_t(x)];
-          if (!(z > 0)) continue;
-          const auto at = painted.camera.Project(posed.Unproject({x + 0.5, y + 0.5}, double(z)));
-          if (!at || !((*at)[0] >= 0 && (*at)[1] >= 0 && (*at)[0] < camera.width &&
-                       (*at)[1] < camera.height)) {
-            continue;
-          }
-          const float seen = theirs[size_t((*at)[1]) * size_t(camera.width) + size_t((*at)[0])];
-          const float apart = std::abs(float((*at)[2]) - seen) / seen;
-          if (seen > 0 && apart <= tolerance_) differences_.push_back(apart);
-        }
-      }
+      AddDifferences(view, Downloaded(painted.camera, painted.depth), tolerance_, &differences_);
     }
   }
 
-  // Depths that differ by more than the views' depths usually do belong to two surfaces. Beside a
-  // contact many do, and yet differ by less than visible_tolerance.
+  // Beside a contact many depths differ, and yet by less than visible_tolerance.
   void FindTolerance() {
-    if (differences_.empty()) return;
-    const float usual = kTimesAgreeing * Quantile(differences_, kAgreeing);
-    tolerance_ = std::min(tolerance_, std::max(kSameSurface, usual));
+    tolerance_ = AgreeingTolerance(differences_, tolerance_);
     differences_ = {};
   }
 
@@ -268,6 +239,12 @@ class Projection {
     out.footprint = point.footprint;
     out.coverage = point.coverage;
     return out;
+  }
+
+  DepthView Downloaded(const PosedCamera& posed, const Buffer<float>& depth) const {
+    DepthView view{posed, DepthMap(posed.camera.width, posed.camera.height)};
+    backend_.CopyToHost(view.depth.data.data(), depth.data(), view.depth.data.size());
+    return view;
   }
 
   std::vector<PaintedImage> PaintedAsSeenFrom(const PosedCamera& posed) const {

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Internal to pipeline: what the key of a stage is made of (base/stage_cache.h). Whatever changes a
+// stage's result must change its key.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "base/stage_cache.h"
+#include "opening/open_scene.h"
+#include "recolor/color_edit.h"
+#include "scene/image.h"
+
+namespace retint {
+
+// Of the splat's bytes, the cameras, poses and points, the program's version and what computes.
+std::string SceneKey(const OpenScene& scene);
+
+// InputError for a file that cannot be read.
+void AddMasks(StageKey& key, const std::map<std::string, Mask>& masks);
+void AddFile(StageKey& key, const std::filesystem::path& file);
+// The files that the edit compares with views of the workspace.
+void AddPictures(StageKey& key, const ColorEdit& edit, const Workspace& workspace);
+
+}  // namespace retint
