@@ -105,6 +105,7 @@ PYBIND11_MODULE(_retint, module) {
   BindSelection(module);
   BindSession(module);
   BindRender(module);
+  BindJobs(module);
   BindTools(module);
   module.def("backends", &AvailableBackends,
              "Names of the backends that work here: 'cpu', and 'cuda' if it was built in and there "

@@ -148,6 +148,7 @@ void BindOutlines(py::class_<PySession>& type);   // Session: mask, palette
 void BindPhotos(py::class_<PySession>& type);     // Session: photos in their own pixels
 void BindRounds(py::class_<PySession>& type);     // Session: rounds, suggestions, background fits
 void BindRender(py::module_& module);             // render, depth, orbit, options
+void BindJobs(py::module_& module);               // run_job
 void BindTools(py::module_& module);              // align, score
 
 }  // namespace retint::python

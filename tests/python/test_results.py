@@ -373,3 +373,47 @@ def test_palettes_and_placed_views_are_those_of_the_command_line(scene, folder):
     for name in ("cameras.bin", "images.bin", "points3D.bin"):
         model = pathlib.Path("sparse", "0", name)
         assert (folder / "python" / model).read_bytes() == (folder / "cli" / model).read_bytes()
+
+
+def write_job(scene, folder):
+    """A job that paints the scene's mask blue, in a folder of its own."""
+    folder.mkdir()
+    job = folder / "job.json"
+    job.write_text(json.dumps({
+        "retint_job": 1,
+        "scene": {"workspace": str(scene.folder), "splat": str(scene.splat)},
+        "regions": [{"name": "ball", "paint": [{"view": scene.view, "mask": str(scene.mask)}],
+                     "edit": {"operations": [{"op": "recolor", "to": "#3060ff"}]}}],
+        "outputs": {"splats": ["out.ply"], "report": "report.json"},
+    }), encoding="utf-8")
+    return job
+
+
+def test_jobs_are_those_of_the_command_line(scene, tmp_path):
+    told, called = write_job(scene, tmp_path / "told"), write_job(scene, tmp_path / "called")
+    run_retint("run", told, "--no-cache", "--quiet")
+    result = retint.run_job(called, cache=tmp_path / "kept")
+    assert (called.parent / "out.ply").read_bytes() == (told.parent / "out.ply").read_bytes()
+    assert [one["stage"] for one in result["stages"]] == ["select", "project", "refit"]
+    assert not any(one["kept"] for one in result["stages"])
+    assert result["report"].keys() == json.loads((told.parent / "report.json").read_text()).keys()
+    again = retint.run_job(called, cache=tmp_path / "kept")
+    assert all(one["kept"] for one in again["stages"])
+
+
+def test_jobs_open_scenes_in_parts(scene, tmp_path):
+    whole, parts = write_job(scene, tmp_path / "whole"), write_job(scene, tmp_path / "parts")
+    retint.run_job(whole)
+    seen = []
+    retint.run_job(parts, in_parts="on", progress=lambda stage, fraction: seen.append(stage))
+    assert "index" in seen
+    assert (parts.parent / "out.ply").read_bytes() == (whole.parent / "out.ply").read_bytes()
+
+
+def test_jobs_name_their_faults(scene, tmp_path):
+    job = write_job(scene, tmp_path / "job")
+    with pytest.raises(retint.OptionError, match="in_parts"):
+        retint.run_job(job, in_parts="maybe")
+    job.write_text(job.read_text().replace("0ff", "0fx"), encoding="utf-8")
+    with pytest.raises(retint.InputError, match="job.json"):
+        retint.run_job(job)

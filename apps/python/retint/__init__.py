@@ -43,6 +43,7 @@ from ._retint import (
     read_mask,
     render,
     run_command,
+    run_job,
     score,
     write_png,
 )
@@ -51,7 +52,7 @@ __all__ = [
     "Camera", "Depth", "Edit", "Error", "InputError", "Masks", "OptionError", "Painted", "Region",
     "RunError", "Selection", "Session", "Splat", "View", "Workspace", "__version__", "align",
     "backends", "depth", "options", "orbit", "progress_bar", "read_image", "read_mask", "render",
-    "run_command", "score", "write_png",
+    "run_command", "run_job", "score", "write_png",
 ]
 
 for _name in __all__:
