@@ -25,7 +25,8 @@ namespace fs = std::filesystem;
 
 // Extensions of formats that mostly hold something else: such a file is no sign of a splat.
 bool IsGeneral(std::string_view extension) {
-  return extension == "meta.json" || extension == ".glb" || extension == ".gltf";
+  return extension == "meta.json" || extension == ".glb" || extension == ".gltf" ||
+         extension.starts_with(".usd");
 }
 
 // What stands before a splat's extension, "splat" of "splat.ply"; empty for other files.

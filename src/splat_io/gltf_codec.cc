@@ -14,6 +14,7 @@
 #include "splat_io/axes.h"
 #include "splat_io/gltf_file.h"
 #include "splat_io/parallel_rows.h"
+#include "splat_io/placement.h"
 #include "splat_io/splat_row.h"
 
 namespace retint {
@@ -139,7 +140,6 @@ class SceneReader {
     return numbers;
   }
 
-  // A Gaussian keeps its shape only under similarities.
   Sim3d Transform(const Json& node, uint64_t index) const {
     Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
     if (node.contains("matrix")) {
@@ -153,18 +153,12 @@ class SceneReader {
                                      Eigen::Vector3d(s[0], s[1], s[2]).asDiagonal();
       matrix.topRightCorner<3, 1>() = Eigen::Vector3d(t[0], t[1], t[2]);
     }
-    const Eigen::Matrix3d linear = matrix.topLeftCorner<3, 3>();
-    const double volume = linear.determinant();
-    const double scale = std::cbrt(volume);
-    // 1e-4: what rounding of a file's numbers leaves of orthogonality.
-    if (!(volume > 0) || !matrix.allFinite() ||
-        !(linear.transpose() * linear / (scale * scale))
-             .isApprox(Eigen::Matrix3d::Identity(), 1e-4)) {
+    const std::optional<Sim3d> parent_from_node = SimilarityOf(matrix);
+    if (!parent_from_node) {
       file_.Fail("node " + std::to_string(index) +
                  " stretches or mirrors its Gaussians, which is not supported");
     }
-    return {scale, Eigen::Quaterniond(Eigen::Matrix3d(linear / scale)).normalized(),
-            matrix.topRightCorner<3, 1>()};
+    return *parent_from_node;
   }
 
   void AddMesh(uint64_t index, const Sim3d& world_from_node) {

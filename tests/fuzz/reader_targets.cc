@@ -69,6 +69,49 @@ std::vector<std::string> PlySeeds() {
   return seeds;
 }
 
+// As another program lays it out: halves, transforms, other prims, all kinds of values.
+std::vector<std::string> UsdaSeeds() {
+  std::vector<std::string> seeds = SplatSeeds("a.usda");
+  seeds.push_back(R"(#usda 1.0
+(
+    """A stage
+"""
+    upAxis = "Z"
+    metersPerUnit = 0.01
+    customLayerData = { dictionary a = { string b = "}" } }
+    subLayers = [ @a.usda@ (offset = 1) ]
+)
+class "Looks" { }
+def Xform "World" (
+    kind = "component"
+    prepend references = @b.usdc@</B> (scale = 2)
+    variants = { string shape = "round" }
+)
+{
+    double3 xformOp:translate = (1, -2, 3e0)
+    quatd xformOp:orient = (1, 0, 0, 0)
+    float3 xformOp:rotateXYZ = (10, 20, 30)
+    matrix4d xformOp:transform:more = ((2,0,0,0),(0,2,0,0),(0,0,2,0),(1,2,3,1))
+    uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:orient", "xformOp:rotateXYZ",
+        "xformOp:transform:more", "!invert!xformOp:translate"]
+    variantSet "shape" = { "round" { int a = 1 } }
+    def ParticleField3DGaussianSplat "Splats" (active = true)
+    {
+        point3h[] positionsh = [(0, 0, 0), (1, 1, 1)] # two
+        quath[] orientationsh = [(1, 0, 0, 0), (0.5, 0.5, 0.5, 0.5)]
+        half3[] scalesh = [(0.1, 0.1, 0.1), (1, 1, 1)]
+        half[] opacitiesh = [0.5, 1]
+        half3[] radiance:sphericalHarmonicsCoefficientsh = [(1, 0, 0), (0, 1, 0)] (elementSize = 1)
+        uniform int radiance:sphericalHarmonicsDegree = 0
+        custom rel target = </World>
+        float a.timeSamples = { 0: 1.5, 1: None, }
+    }
+    over "Chair" { token visibility = "invisible" float3[] extent = None }
+}
+)");
+  return seeds;
+}
+
 // What is read is written too: codecs patch the bytes of their source.
 void ReadAnySplat(const fs::path& folder, const char* name) {
   const GaussianModel model = ReadSplat(folder / name);
@@ -238,6 +281,18 @@ std::span<const FuzzTarget> ReaderTargets() {
        [](const fs::path& f) { ReadAnySplat(f, "a.gltf"); },
        nullptr,
        [] { return SplatSeeds("a.gltf"); },
+       {}},
+      {"usda",
+       "a.usda",
+       [](const fs::path& f) { ReadAnySplat(f, "a.usda"); },
+       nullptr,
+       UsdaSeeds,
+       {}},
+      {"usdz",
+       "a.usdz",
+       [](const fs::path& f) { ReadAnySplat(f, "a.usdz"); },
+       nullptr,
+       [] { return SplatSeeds("a.usdz"); },
        {}},
       {"cameras_bin",
        "cameras.bin",

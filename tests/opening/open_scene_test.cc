@@ -28,6 +28,7 @@ TEST(FindSplat, TakesTheOnlyOneAndNoneOfSeveral) {
   WriteFile(temp / "notes.txt", "");
   WriteFile(temp / "transforms.json", "");
   WriteFile(temp / "table.glb", "");
+  WriteFile(temp / "chair.usda", "");
   WriteFile(temp / ".hidden.ply", "");
   WriteFile(temp / "Scene.PLY", "");
   EXPECT_EQ(FindSplat(temp.path()), temp / "Scene.PLY");

@@ -48,7 +48,7 @@ def test_each_stage_that_is_begun_reaches_its_end(scene, folder):
     check("wait_refit", session.wait_refit(progress=tell))
     check("evaluate", session.evaluate(region, target="photo", progress=tell))
     check("report", session.report(progress=tell))
-    for name in ("a.ply", "a.spz", "a.sog", "a.glb", "a.splat", "a.compressed.ply"):
+    for name in ("a.ply", "a.spz", "a.sog", "a.glb", "a.splat", "a.compressed.ply", "a.usda"):
         check(name, session.write_splat(folder / name, progress=tell))
         check(name, retint.Splat.read(folder / name, progress=tell))
     check("save", session.save(folder / "a.retint", progress=tell))

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "splat_io/usd_codec.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "base/files.h"
+#include "splat_io/splat_row.h"
+#include "splat_io/usd_package.h"
+#include "splat_io/usd_splats.h"
+#include "splat_io/usda_reader.h"
+#include "splat_io/usda_writer.h"
+
+namespace retint {
+namespace {
+
+// Of SourceLayout::packed_format, and the extensions.
+constexpr std::string_view kText = ".usda", kPackage = ".usdz";
+constexpr std::string_view kTextMark = "#usda ";
+
+std::string_view KindOf(std::string_view bytes, const std::filesystem::path& path) {
+  if (bytes.starts_with(kTextMark)) return kText;
+  if (IsUsdPackage(bytes)) return kPackage;
+  throw InputError(path, "is not an OpenUSD stage: neither text nor a package, or damaged");
+}
+
+std::string LowerExtension(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+UsdStage ReadLayer(std::string_view layer, const std::filesystem::path& path) {
+  if (layer.starts_with(kTextMark)) return ReadUsda(layer, path);
+  throw InputError(path, "its layer is not OpenUSD text, or damaged");
+}
+
+// Of the stage's own layer in `bytes`, a whole file.
+std::string_view LayerOf(std::string_view bytes, const std::filesystem::path& path) {
+  return KindOf(bytes, path) == kPackage ? ReadUsdPackage(bytes, path)[0].bytes : bytes;
+}
+
+// The file that the model came from with the values that changed; nullopt where its layer cannot
+// take them.
+std::optional<std::string> EditedLayer(const GaussianModel& model,
+                                       const std::filesystem::path& path, Monitor& monitor) {
+  const std::string_view file(model.source.packed.data(), model.source.packed.size());
+  std::string layer(LayerOf(file, path));
+  const UsdStage stage = ReadLayer(layer, path);
+  const UsdSplats splats(stage, path);
+  const GaussianModel was = splats.Load(monitor);
+  if (!EditUsdLayer(splats, was, model, path, layer)) return std::nullopt;
+  return layer;
+}
+
+void WritePackage(const std::filesystem::path& path, AtomicFile& file,
+                  const std::function<void(const UsdPackageWriter::Write&)>& layer,
+                  std::string_view source) {
+  UsdPackageWriter package(file, path);
+  if (source.empty()) {
+    package.Add("scene.usda", layer);
+  } else {
+    const std::vector<UsdPackageFile> files = ReadUsdPackage(source, path);
+    package.Add(files[0].name, layer);
+    for (size_t i = 1; i < files.size(); ++i) {
+      package.Add(files[i].name,
+                  [&](const UsdPackageWriter::Write& write) { write(files[i].bytes); });
+    }
+  }
+  package.Finish();
+}
+
+}  // namespace
+
+std::span<const std::string_view> UsdCodec::Extensions() const {
+  static constexpr std::array<std::string_view, 2> extensions = {kText, kPackage};
+  return extensions;
+}
+
+bool UsdCodec::Sniff(std::string_view head) const {
+  return head.starts_with(kTextMark) || IsUsdPackage(head);
+}
+
+GaussianModel UsdCodec::Read(const std::filesystem::path& path, Monitor& monitor,
+                             BadRows bad) const {
+  monitor.Step("load", 0, 1);
+  const std::string bytes = ReadFile(path);
+  const std::string_view kind = KindOf(bytes, path);
+  GaussianModel model;
+  {
+    const UsdStage stage = ReadLayer(LayerOf(bytes, path), path);
+    model = UsdSplats(stage, path).Load(monitor);
+  }
+  ValidateRead(model, path, bad);
+  model.source.packed_format = kind;
+  model.source.packed.assign(bytes.begin(), bytes.end());
+  return model;
+}
+
+void UsdCodec::Write(const std::filesystem::path& path, const GaussianModel& model,
+                     Monitor& monitor) const {
+  ValidateWrite(model, path);
+  const std::string kind = LowerExtension(path);
+  std::optional<std::string> edited;
+  if (model.source.packed_format == kind) edited = EditedLayer(model, path, monitor);
+  const auto layer = [&](const UsdPackageWriter::Write& write) {
+    edited ? write(*edited) : WriteUsda(model, monitor, write);
+  };
+  AtomicFile file(path);
+  if (kind == kPackage) {
+    const std::string_view source(model.source.packed.data(), model.source.packed.size());
+    WritePackage(path, file, layer, edited ? source : std::string_view());
+  } else {
+    layer([&](std::string_view bytes) { file.Write(bytes); });
+  }
+  file.Commit();
+}
+
+std::vector<std::string> UsdCodec::Losses(const GaussianModel& model) const {
+  return CommonLosses(model, 3, Name());
+}
+
+}  // namespace retint
