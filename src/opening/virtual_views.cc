@@ -114,6 +114,7 @@ GaussianModel Thinned(const GaussianModel& model) {
   const auto grow = static_cast<float>(0.5 * std::log(double(step)));
   const size_t block = static_cast<size_t>(model.NumShCoeffs()) * 3;
   GaussianModel thin;
+  thin.traits = model.traits;
   thin.Resize((model.NumGaussians() + step - 1) / step, model.sh_degree);
   for (size_t i = 0; i < thin.NumGaussians(); ++i) {
     const size_t from = i * step;

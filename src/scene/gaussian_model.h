@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/memory.h"
+#include "scene/splat_traits.h"
 
 namespace retint {
 
@@ -43,6 +44,7 @@ struct GaussianModel {
   FloatArray log_scales;      // [N, 3] scale = exp(.)
   FloatArray opacity_logits;  // [N] opacity = sigmoid(.)
   FloatArray sh;  // [N, K, 3], K = (sh_degree + 1)^2; color = max(0, 0.5 + sum_k Y_k sh_k)
+  SplatTraits traits;
   SourceLayout source;
 
   size_t NumGaussians() const { return opacity_logits.size(); }

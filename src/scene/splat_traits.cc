@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "scene/splat_traits.h"
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+namespace retint {
+namespace {
+
+constexpr std::array<std::string_view, 4> kRenderModels = {"default", "mip", "2dgs", "3dgut"};
+constexpr std::array<std::string_view, 4> kColorSpaces = {
+    "srgb_rec709_display", "lin_rec709_display", "srgb_rec709_scene", "lin_rec709_scene"};
+
+template <typename Value>
+std::optional<Value> Named(std::span<const std::string_view> names, std::string_view name) {
+  for (size_t i = 0; i < names.size(); ++i) {
+    if (names[i] == name) return static_cast<Value>(i);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::string_view NameOf(RenderModel model) { return kRenderModels[static_cast<size_t>(model)]; }
+
+std::optional<RenderModel> RenderModelNamed(std::string_view name) {
+  return Named<RenderModel>(kRenderModels, name);
+}
+
+std::optional<RenderModel> ChosenRenderModel(std::string_view name) {
+  const auto model = RenderModelNamed(name);
+  return model == RenderModel::kDefault || model == RenderModel::kMip ? model : std::nullopt;
+}
+
+std::string_view NameOf(ColorSpace space) { return kColorSpaces[static_cast<size_t>(space)]; }
+
+std::optional<ColorSpace> ColorSpaceNamed(std::string_view name) {
+  return Named<ColorSpace>(kColorSpaces, name);
+}
+
+bool IsLinear(ColorSpace space) {
+  return space == ColorSpace::kLinearDisplay || space == ColorSpace::kLinearScene;
+}
+
+}  // namespace retint

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How the values of a splat are meant: the rules that it was trained for, and the space of its
+// colors. Files say it in their own ways (docs/formats.md).
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace retint {
+
+// kDefault: the original 3DGS rasterizer. kMip: the opacity is multiplied by
+// sqrt(det S / det(S + 0.3 I)), S the 2D covariance (Mip-Splatting, Yu et al. 2024; "antialiased"
+// in gsplat). Gaussians of the other two are rendered as kDefault, which is not exact: k2dgs are
+// discs (Huang et al. 2024), k3dgut is projected by an unscented transform (Wu et al. 2025).
+enum class RenderModel { kDefault, kMip, k2dgs, k3dgut };
+
+// "default", "mip", "2dgs", "3dgut"
+std::string_view NameOf(RenderModel model);
+std::optional<RenderModel> RenderModelNamed(std::string_view name);
+// Of those that a user may choose: "default" or "mip".
+std::optional<RenderModel> ChosenRenderModel(std::string_view name);
+
+// Rec. 709 primaries; the names are those of OpenUSD and glTF.
+enum class ColorSpace { kSrgbDisplay, kLinearDisplay, kSrgbScene, kLinearScene };
+
+// "srgb_rec709_display", "lin_rec709_display", "srgb_rec709_scene", "lin_rec709_scene"
+std::string_view NameOf(ColorSpace space);
+std::optional<ColorSpace> ColorSpaceNamed(std::string_view name);
+// Whether a splat's blended colors are light, not values for a screen.
+bool IsLinear(ColorSpace space);
+
+struct SplatTraits {
+  RenderModel render_model = RenderModel::kDefault;
+  std::string render_model_reason;  // where it is said, for people; empty: nowhere
+  ColorSpace color_space = ColorSpace::kSrgbDisplay;  // of the blended colors
+};
+
+}  // namespace retint
