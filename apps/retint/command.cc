@@ -27,6 +27,7 @@
 #include "retint/manual.h"
 #include "retint/stage_plans.h"
 #include "retint/usage_fault.h"
+#include "retint/verbs.h"
 #include "retint/version.h"
 
 namespace retint::cli {
@@ -169,23 +170,6 @@ int Execute(Globals globals, const Action& action, bool shared) {
                                                   static_cast<size_t>(globals.threads));
   }
   return shared ? ExecuteShared(globals, action) : ExecuteAlone(globals, action);
-}
-
-// The verbs as help groups them.
-struct VerbGroup {
-  const char* title;
-  std::vector<void (*)(CLI::App& app, Globals& globals, Action& action)> verbs;
-};
-
-const std::vector<VerbGroup>& VerbGroups() {
-  static const std::vector<VerbGroup> groups = {
-      {"Start here", {AddRecolor, AddMask, AddInfo, AddRun}},
-      {"Look", {AddRender, AddSuggest, AddPalette}},
-      {"Stages of recolor", {AddSelect, AddProject, AddRefit, AddRefine, AddDepth}},
-      {"Scenes", {AddSynth, AddAlign, AddCameras, AddConvert, AddIndex}},
-      {"Measure", {AddEvaluate, AddScore}},
-      {"Help", {AddOptions}}};
-  return groups;
 }
 
 void AddVerbs(CLI::App& app, Globals& globals, Action& action) {

@@ -98,28 +98,6 @@ inline constexpr const char* kEditGroup = "Edit (in the order given)";
 
 using Action = std::function<void(Run&)>;
 
-// The verbs: each adds a subcommand whose parsing sets `action`.
-void AddIndex(CLI::App& app, Globals& globals, Action& action);
-void AddOptions(CLI::App& app, Globals& globals, Action& action);
-void AddInfo(CLI::App& app, Globals& globals, Action& action);
-void AddRender(CLI::App& app, Globals& globals, Action& action);
-void AddDepth(CLI::App& app, Globals& globals, Action& action);
-void AddMask(CLI::App& app, Globals& globals, Action& action);
-void AddSelect(CLI::App& app, Globals& globals, Action& action);
-void AddSuggest(CLI::App& app, Globals& globals, Action& action);
-void AddProject(CLI::App& app, Globals& globals, Action& action);
-void AddRefit(CLI::App& app, Globals& globals, Action& action);
-void AddRecolor(CLI::App& app, Globals& globals, Action& action);
-void AddRefine(CLI::App& app, Globals& globals, Action& action);
-void AddPalette(CLI::App& app, Globals& globals, Action& action);
-void AddEvaluate(CLI::App& app, Globals& globals, Action& action);
-void AddScore(CLI::App& app, Globals& globals, Action& action);
-void AddAlign(CLI::App& app, Globals& globals, Action& action);
-void AddCameras(CLI::App& app, Globals& globals, Action& action);
-void AddConvert(CLI::App& app, Globals& globals, Action& action);
-void AddRun(CLI::App& app, Globals& globals, Action& action);
-void AddSynth(CLI::App& app, Globals& globals, Action& action);
-
 // Verbs whose work the ranks of mpirun or srun share; of the others only the first rank runs.
 bool SharesWork(const std::string& verb);
 
