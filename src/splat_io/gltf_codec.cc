@@ -9,6 +9,7 @@
 
 #include "base/base64.h"
 #include "base/files.h"
+#include "base/printable.h"
 #include "scene/rigid3d.h"
 #include "scene/sh_rotation.h"
 #include "splat_io/axes.h"
@@ -181,7 +182,7 @@ class SceneReader {
     if (!extension.is_object()) file_.Fail(std::string(kExtension) + " is not an object");
     const Json* further = Member(extension, "extensions");
     if (further && further->is_object() && !further->empty()) {
-      file_.Fail("its Gaussians are stored by " + further->begin().key().substr(0, 80) +
+      file_.Fail("its Gaussians are stored by " + Printable(further->begin().key().substr(0, 80)) +
                  ", which is not supported");
     }
     const Json* kernel = Member(extension, "kernel");

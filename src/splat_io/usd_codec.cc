@@ -11,18 +11,23 @@
 #include "splat_io/usd_splats.h"
 #include "splat_io/usda_reader.h"
 #include "splat_io/usda_writer.h"
+#include "splat_io/usdc_reader.h"
+#include "splat_io/usdc_writer.h"
 
 namespace retint {
 namespace {
 
 // Of SourceLayout::packed_format, and the extensions.
-constexpr std::string_view kText = ".usda", kPackage = ".usdz";
+constexpr std::string_view kText = ".usda", kCrate = ".usdc", kPackage = ".usdz",
+                           kEither = ".usd";  // text or a crate; a new one is a crate
 constexpr std::string_view kTextMark = "#usda ";
 
 std::string_view KindOf(std::string_view bytes, const std::filesystem::path& path) {
   if (bytes.starts_with(kTextMark)) return kText;
+  if (bytes.starts_with(kCrateMark)) return kCrate;
   if (IsUsdPackage(bytes)) return kPackage;
-  throw InputError(path, "is not an OpenUSD stage: neither text nor a package, or damaged");
+  throw InputError(path,
+                   "is not an OpenUSD stage: neither text, a crate nor a package, or damaged");
 }
 
 std::string LowerExtension(const std::filesystem::path& path) {
@@ -34,7 +39,8 @@ std::string LowerExtension(const std::filesystem::path& path) {
 
 UsdStage ReadLayer(std::string_view layer, const std::filesystem::path& path) {
   if (layer.starts_with(kTextMark)) return ReadUsda(layer, path);
-  throw InputError(path, "its layer is not OpenUSD text, or damaged");
+  if (layer.starts_with(kCrateMark)) return ReadUsdc(layer, path);
+  throw InputError(path, "its layer is neither OpenUSD text nor a crate, or damaged");
 }
 
 // Of the stage's own layer in `bytes`, a whole file.
@@ -60,7 +66,7 @@ void WritePackage(const std::filesystem::path& path, AtomicFile& file,
                   std::string_view source) {
   UsdPackageWriter package(file, path);
   if (source.empty()) {
-    package.Add("scene.usda", layer);
+    package.Add("scene.usdc", layer);
   } else {
     const std::vector<UsdPackageFile> files = ReadUsdPackage(source, path);
     package.Add(files[0].name, layer);
@@ -75,12 +81,12 @@ void WritePackage(const std::filesystem::path& path, AtomicFile& file,
 }  // namespace
 
 std::span<const std::string_view> UsdCodec::Extensions() const {
-  static constexpr std::array<std::string_view, 2> extensions = {kText, kPackage};
+  static constexpr std::array<std::string_view, 4> extensions = {kText, kCrate, kPackage, kEither};
   return extensions;
 }
 
 bool UsdCodec::Sniff(std::string_view head) const {
-  return head.starts_with(kTextMark) || IsUsdPackage(head);
+  return head.starts_with(kTextMark) || head.starts_with(kCrateMark) || IsUsdPackage(head);
 }
 
 GaussianModel UsdCodec::Read(const std::filesystem::path& path, Monitor& monitor,
@@ -102,11 +108,14 @@ GaussianModel UsdCodec::Read(const std::filesystem::path& path, Monitor& monitor
 void UsdCodec::Write(const std::filesystem::path& path, const GaussianModel& model,
                      Monitor& monitor) const {
   ValidateWrite(model, path);
-  const std::string kind = LowerExtension(path);
+  const std::string kind = LowerExtension(path), &source_kind = model.source.packed_format;
   std::optional<std::string> edited;
-  if (model.source.packed_format == kind) edited = EditedLayer(model, path, monitor);
+  const bool same =
+      source_kind == kind || (kind == kEither && (source_kind == kText || source_kind == kCrate));
+  if (same) edited = EditedLayer(model, path, monitor);
   const auto layer = [&](const UsdPackageWriter::Write& write) {
-    edited ? write(*edited) : WriteUsda(model, monitor, write);
+    if (edited) return write(*edited);
+    kind == kText ? WriteUsda(model, monitor, write) : WriteUsdc(model, monitor, write);
   };
   AtomicFile file(path);
   if (kind == kPackage) {

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/error.h"
+#include "base/printable.h"
 #include "splat_io/splat_row.h"
 
 namespace retint {
@@ -75,7 +76,7 @@ std::vector<UsdPackageFile> ReadUsdPackage(std::string_view archive,
     }
     UsdPackageFile file;
     file.name = std::string(entry + kCentralBytes, name_bytes);
-    const std::string shown = file.name.substr(0, 80);
+    const std::string shown = Printable(file.name.substr(0, 80));
     if (LoadAs<uint16_t>(entry + 10) != 0 || LoadAs<uint16_t>(entry + 8) & 1) {
       fail("its file " + shown + " is compressed or encrypted, which a .usdz must not be");
     }

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "base/printable.h"
 #include "scene/transform.h"
 #include "splat_io/axes.h"
 #include "splat_io/parallel_rows.h"
@@ -77,7 +78,7 @@ void UsdSplats::Add(const UsdPrim& prim) {
       const auto found = prim.attributes.find(kArrayNames[a] + std::string(suffix));
       if (found == prim.attributes.end()) continue;
       if (!found->second.has_floats() && found->second.animated) {
-        Fail("prim " + prim.name.substr(0, 80) + ": its " + found->first +
+        Fail("prim " + Printable(prim.name.substr(0, 80)) + ": its " + found->first +
              " are animated, which is not supported");
       }
       if (!found->second.has_floats() || splat.arrays[a]) continue;
@@ -93,7 +94,7 @@ void UsdSplats::Add(const UsdPrim& prim) {
     const UsdValue* values = splat.arrays[a];
     const size_t expected = splat.count * ElementsOf(static_cast<UsdArray>(a), splat);
     if (values && values->floats.size() / values->components != expected) {
-      Fail("prim " + prim.name.substr(0, 80) + ": " + splat.names[a] + " has " +
+      Fail("prim " + Printable(prim.name.substr(0, 80)) + ": " + splat.names[a] + " has " +
            std::to_string(values->floats.size() / values->components) + " values, not the " +
            std::to_string(expected) + " of " + std::to_string(splat.count) + " Gaussians");
     }
@@ -105,7 +106,7 @@ void UsdSplats::Add(const UsdPrim& prim) {
   if (stage_.z_up) matrix = YUpFromZUp() * matrix;
   const auto placed = SimilarityOf(matrix);
   if (!placed) {
-    Fail("prim " + prim.name.substr(0, 80) +
+    Fail("prim " + Printable(prim.name.substr(0, 80)) +
          " is stretched, sheared or mirrored, which is not supported");
   }
   // An identity stays one, to the bit.
@@ -120,7 +121,7 @@ void UsdSplats::SetDegree(UsdSplat& splat) const {
   const bool has = authored != splat.prim->attributes.end() && authored->second.numbers.size() == 1;
   const double degree = has ? authored->second.numbers[0] : 3;  // the schema's fallback
   if (!(degree >= 0 && degree <= 16) || degree != std::floor(degree)) {
-    Fail("prim " + splat.prim->name.substr(0, 80) + " has no SH degree from 0 to 16");
+    Fail("prim " + Printable(splat.prim->name.substr(0, 80)) + " has no SH degree from 0 to 16");
   }
   splat.degree = static_cast<int>(degree);
 }
@@ -186,25 +187,21 @@ void UsdSplats::LoadPrim(const UsdSplat& splat, size_t first, GaussianModel& mod
 
 void UsdSplats::AddNotes(GaussianModel& model) const {
   std::vector<std::string>& notes = model.source.notes;
-  if (others_ > 0 || hidden_ > 0) {
-    notes.push_back("other prims than Gaussians that are shown are not used");
-  }
-  if (stage_.refers) notes.push_back("other layers that the stage refers to are not used");
-  if (stage_.variants) notes.push_back("variants of the stage are not used");
-  if (!stage_.meters_per_unit) {
-    notes.push_back("the stage has no metersPerUnit: a unit is taken as it is");
-  }
+  const auto note_if = [&](bool holds, const char* text) {
+    if (holds && std::find(notes.begin(), notes.end(), text) == notes.end()) {
+      notes.emplace_back(text);
+    }
+  };
+  note_if(others_ + hidden_ > 0, "other prims of the stage are not used");
+  note_if(stage_.refers, "other layers that the stage refers to are not used");
+  note_if(stage_.variants, "variants of the stage are not used");
+  note_if(!stage_.meters_per_unit, "the stage has no metersPerUnit: a unit is taken as it is");
   for (const UsdSplat& splat : splats_) {
-    if (splat.degree > kMostDegree) {
-      notes.push_back("spherical harmonics above degree 3 are not used");
-    }
+    note_if(splat.degree > kMostDegree, "spherical harmonics above degree 3 are not used");
     const auto hint = splat.prim->attributes.find("projectionModeHint");
-    if (hint != splat.prim->attributes.end() && hint->second.text == "tangential") {
-      notes.push_back("the stage asks for a tangential projection: Retint's is perspective");
-    }
+    note_if(hint != splat.prim->attributes.end() && hint->second.text == "tangential",
+            "the stage asks for a tangential projection: Retint's is perspective");
   }
-  std::sort(notes.begin(), notes.end());
-  notes.erase(std::unique(notes.begin(), notes.end()), notes.end());
 }
 
 std::vector<float> UsdValues(UsdArray array, const SplatRow& row, int degree) {

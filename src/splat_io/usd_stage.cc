@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "base/error.h"
+#include "base/printable.h"
 
 namespace retint {
 namespace {
@@ -55,8 +56,8 @@ class Operation {
 
  private:
   [[noreturn]] void Fail(const std::string& fault) const {
-    throw InputError(path_, "prim " + prim_.name.substr(0, 80) + ": " +
-                                std::string(name_.substr(0, 80)) + " " + fault);
+    throw InputError(path_, "prim " + Printable(prim_.name.substr(0, 80)) + ": " +
+                                Printable(name_.substr(0, 80)) + " " + fault);
   }
 
   void Expect(const std::vector<double>& numbers, size_t count) const {

@@ -164,7 +164,11 @@ class Scanner {
 
  private:
   void SkipTo(std::string_view mark, size_t from) {
-    const size_t end = text_.find(mark, at_ + from);
+    size_t end = text_.find(mark, at_ + from);
+    // An escaped mark is no end.
+    while (mark.size() == 3 && end != std::string_view::npos && text_[end - 1] == '\\') {
+      end = text_.find(mark, end + mark.size());
+    }
     if (end == std::string_view::npos) Fail("truncated: a value has no end");
     at_ = end + mark.size();
   }

@@ -60,7 +60,7 @@ GaussianModel Splat(int version) {
 std::vector<Writer> Writers() {
   std::vector<Writer> writers;
   for (const char* name : {"a.ply", "a.compressed.ply", "a.splat", "a.spz", "a.sog", "a.glb",
-                           "a.gltf", "a.usda", "a.usdz"}) {
+                           "a.gltf", "a.usda", "a.usdc", "a.usdz"}) {
     writers.push_back(
         {name, [](const fs::path& path, int version) { WriteSplat(path, Splat(version)); }});
   }

@@ -68,7 +68,7 @@ class UsdTest : public ::testing::Test {
 TEST_F(UsdTest, RoundTripsInEveryForm) {
   for (int degree = 0; degree <= 3; ++degree) {
     const GaussianModel model = RandomScene(5000, degree);  // more than a block
-    for (const char* name : {"a.usda", "a.usdz"}) {
+    for (const char* name : {"a.usda", "a.usdc", "a.usdz", "a.usd"}) {
       SCOPED_TRACE(std::string(name) + " " + std::to_string(degree));
       WriteSplat(folder_ / name, model);
       const GaussianModel back = ReadSplat(folder_ / name);
@@ -210,7 +210,7 @@ TEST_F(UsdTest, AnEditChangesNothingElse) {
           second);
   GaussianModel model = Read(text);
   ASSERT_EQ(model.NumGaussians(), 2u);
-  EXPECT_THAT(model.source.notes, ElementsAre(HasSubstr("other layers"), HasSubstr("other prims")));
+  EXPECT_THAT(model.source.notes, ElementsAre(HasSubstr("other prims"), HasSubstr("other layers")));
   WriteSplat(folder_ / "out.usda", model);
   EXPECT_EQ(ReadFile(folder_ / "out.usda"), text);
   const GaussianModel was = model;
