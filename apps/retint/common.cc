@@ -283,8 +283,9 @@ void WarnOfMainColor(const ColorEdit& edit, Run& run) {
   });
   if (!measures) return;
   run.Warn(
-      "the color that the edit replaces is measured inside the masks. `retint recolor` measures it "
-      "on the painted pixels; --edit with its report has the same edit");
+      "the main color, which the edit replaces, is measured inside the masks. If they cover more "
+      "than the object, name it, as in --to teal,from=#c8b478, or take a report of `retint "
+      "recolor` with --edit");
 }
 
 void WarnOfMissingPhotos(const Workspace& workspace, Run& run) {
@@ -310,6 +311,21 @@ std::vector<StageOption> StagesOf(EditOptions& edit, RefineOptions& refine) {
   add("refine", refine);
   add("refit", edit.refit);
   return all;
+}
+
+std::string VerbsOfStage(const std::string& stage) {
+  if (stage == "select") return "recolor, select and suggest";
+  if (stage == "project") return "recolor, project and suggest";
+  return stage == "refit" ? "recolor and refit" : "recolor and refine";
+}
+
+std::string StageOf(std::string_view name) {
+  EditOptions edit;
+  RefineOptions refine;
+  for (const StageOption& one : StagesOf(edit, refine)) {
+    if (one.IsNamed(name)) return one.stage;
+  }
+  return {};
 }
 
 void AddDepthOptions(CLI::App* verb, EditArguments& edit) {

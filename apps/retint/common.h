@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -96,6 +97,9 @@ inline constexpr const char* kSceneGroup = "Scene";
 inline constexpr const char* kOutputGroup = "Output";
 inline constexpr const char* kEditGroup = "Edit (in the order given)";
 
+// Results of earlier runs that `run` and `recolor --cache` keep.
+inline constexpr uint64_t kKeptStageBytes = uint64_t{2048} << 20;
+
 using Action = std::function<void(Run&)>;
 
 // Verbs whose work the ranks of mpirun or srun share; of the others only the first rank runs.
@@ -113,6 +117,7 @@ struct SceneArguments {
   std::string model, world_from_splat, pixels = "photo";
   Sim3d place;  // of a session: where its splat lies in the workspace's world
   int views = SessionOptions().views;
+  const CLI::Option* views_flag = nullptr;  // --views, of verbs that have it
   bool needs_splat = true;
 };
 // SCENE, --splat, --images and --model.
@@ -120,6 +125,8 @@ void AddSceneFiles(CLI::App* verb, Globals& globals, SceneArguments& scene, bool
 void AddScene(CLI::App* verb, Globals& globals, SceneArguments& scene, bool needs_splat = true);
 // The scene of a recipe, where `scene` does not say otherwise.
 void TakeScene(const EditRecipe& recipe, SceneArguments& scene);
+// Of the splats in a workspace: "no splat", or "2 splats (a.ply, b.ply)".
+std::string SplatsText(const std::filesystem::path& workspace);
 // After parsing: from what was typed to a workspace and a splat. InputError, OptionError.
 void FindScene(SceneArguments& scene);
 SessionOptions OptionsOf(const SceneArguments& scene, int holdout, const Run& run);
@@ -179,6 +186,10 @@ void WarnOfMissingPhotos(const Workspace& workspace, Run& run);
 
 // All options that --set takes, by stage.
 std::vector<StageOption> StagesOf(EditOptions& edit, RefineOptions& refine);
+// The verbs whose --set takes options of a stage: "recolor and refit".
+std::string VerbsOfStage(const std::string& stage);
+// The stage of an option that --set takes, by its name or full name; empty: there is none.
+std::string StageOf(std::string_view name);
 
 // The options of an edit as flags, or those that a verb has of them.
 struct EditArguments {

@@ -141,6 +141,7 @@ void Info(const Arguments& arguments, Run& run) {
   if (scene.splat.empty()) {
     const Workspace workspace = Workspace::Open(scene.workspace, scene.images, scene.model);
     PrintWorkspace(workspace, run);
+    run.Print("splat        none opened: the workspace holds " + SplatsText(scene.workspace));
     for (const std::string& warning : workspace.warnings) run.Warn(warning);
     return;
   }

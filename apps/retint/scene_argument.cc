@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "colmap_io/nerfstudio.h"
+#include "opening/find_splat.h"
 #include "pipeline/job_file.h"
 #include "retint/common.h"
 #include "retint/help.h"
@@ -21,7 +22,19 @@ bool IsJob(const fs::path& path) {
          path.filename().string().find("meta.json") == std::string::npos;
 }
 
-// What a session or a job says of its scene stays, unless a flag says otherwise.
+// Other files of this extension belong to a workspace, as transforms.json does.
+EditRecipe ReadJobOf(const fs::path& path) {
+  if (ReadFile(path).find("\"retint_job\"") == std::string::npos) {
+    throw InputError(path, "is not a job of Retint: name the folder that it is in");
+  }
+  return ReadJob(path);
+}
+
+bool PlacesViews(const SceneArguments& scene) {
+  return scene.views_flag && scene.views_flag->count() > 0;
+}
+
+// The scene of a session or a job, unless a flag says otherwise.
 void TakeOver(const fs::path& from, fs::path* to) {
   if (to->empty()) *to = from;
 }
@@ -42,11 +55,23 @@ void FindInWorkspace(const fs::path& folder, SceneArguments* scene) {
   if (const auto found = FindSplat(folder)) {
     scene->splat = *found;
   } else if (scene->needs_splat) {
-    throw InputError(folder, "holds no splat, or several: name one with --splat");
+    throw InputError(folder, "holds " + SplatsText(folder) + ": name one with --splat");
   }
 }
 
 }  // namespace
+
+std::string SplatsText(const fs::path& workspace) {
+  constexpr size_t kMost = 8;
+  const std::vector<fs::path> splats = SplatsIn(workspace);
+  if (splats.empty()) return "no splat";
+  std::string text;
+  for (size_t i = 0; i < splats.size() && i < kMost; ++i) {
+    text += (i == 0 ? "" : ", ") + splats[i].filename().string();
+  }
+  return std::to_string(splats.size()) + " splats (" + text +
+         (splats.size() > kMost ? ", ..." : "") + ")";
+}
 
 void TakeScene(const EditRecipe& recipe, SceneArguments& scene) {
   scene.workspace = recipe.workspace;
@@ -54,20 +79,22 @@ void TakeScene(const EditRecipe& recipe, SceneArguments& scene) {
   TakeOver(recipe.images, &scene.images);
   if (scene.model.empty()) scene.model = recipe.model;
   if (scene.world_from_splat.empty()) scene.world_from_splat = recipe.world_from_splat;
-  if (recipe.views > 0) scene.views = recipe.views;
+  if (recipe.views > 0 && !PlacesViews(scene)) scene.views = recipe.views;
 }
 
 void FindScene(SceneArguments& scene) {
   const fs::path& path = scene.path;
   if (path.empty()) return;
-  if (!fs::exists(path)) throw InputError(path, "there is no such file or folder");
-  const bool places_views = scene.views != SessionOptions().views;
+  std::error_code code;
+  if (!fs::exists(path, code)) {
+    throw InputError(path, code ? code.message() : "there is no such file or folder");
+  }
   if (IsSession(path)) {
     FindInSession(path, &scene);
   } else if (fs::is_directory(path)) {
     FindInWorkspace(path, &scene);
   } else if (IsJob(path)) {
-    TakeScene(ReadJob(path), scene);
+    TakeScene(ReadJobOf(path), scene);
   } else {
     CheckOption(scene.splat.empty(),
                 "--splat names the splat of a workspace, but " + path.string() + " is a file");
@@ -76,15 +103,17 @@ void FindScene(SceneArguments& scene) {
   const bool alone = scene.workspace.empty();
   CheckOption(!alone || (scene.images.empty() && scene.model.empty()),
               "--images and --model are parts of a workspace, which a splat alone has not");
-  CheckOption(alone || !places_views,
+  CheckOption((alone && scene.view_folder.empty()) || !PlacesViews(scene),
               "--views places views around a splat alone; " + path.string() + " has its own");
 }
 
 void AddSceneFiles(CLI::App* verb, Globals& globals, SceneArguments& scene, bool needs_splat) {
   scene.needs_splat = needs_splat;
   globals.scenes[verb] = &scene;
-  verb->add_option("SCENE", scene.path,
-                   "Workspace (COLMAP, nerfstudio), splat, session (NAME.retint) or job")
+  verb->add_option(
+          "SCENE", scene.path,
+          "Workspace (COLMAP, nerfstudio), splat, session (NAME.retint, without its regions) or "
+          "job (its scene only)")
       ->required()
       ->type_name("SCENE");
   AddPath(verb, "-s,--splat", scene.splat,
@@ -107,9 +136,9 @@ void AddScene(CLI::App* verb, Globals& globals, SceneArguments& scene, bool need
                    "numbers of a matrix, by rows")
       ->type_name("FILE|NUMBERS")
       ->group(kSceneGroup);
-  verb->add_option("--views", scene.views, "Views to place around a splat alone")
-      ->check(CLI::Range(2, 400))
-      ->group(kSceneGroup);
+  scene.views_flag = verb->add_option("--views", scene.views, "Views to place around a splat alone")
+                         ->check(CLI::Range(2, 400))
+                         ->group(kSceneGroup);
   verb->add_option("--pixels", scene.pixels,
                    "Pixels of masks, renders and depth maps if a camera is distorted: those of "
                    "the photo, or of the undistorted views (pinhole)")

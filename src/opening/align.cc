@@ -11,7 +11,6 @@
 
 #include "base/error.h"
 #include "base/files.h"
-#include "base/option_name.h"
 #include "colmap_io/nerfstudio.h"
 #include "opening/point_registration.h"
 #include "opening/scene_shape.h"
@@ -335,7 +334,7 @@ std::vector<fs::path> FindTransformFiles(const fs::path& workspace, const fs::pa
 AlignResult Align(const std::shared_ptr<Backend>& backend, const Workspace& workspace,
                   const GaussianModel& model, const std::vector<fs::path>& files,
                   const AlignOptions& options, Monitor& monitor) {
-  CheckOption(options.views >= 1, OptionName("views") + " must be at least 1");
+  CheckOption(options.views >= 1, "the number of views to compare must be at least 1");
   CheckOption(options.longest_side >= 32, "pictures must be at least 32 pixels long");
   Comparison comparison(backend, model, ReadTargets(workspace, options, monitor), monitor);
   std::vector<Start> starts = Starts(workspace, model, files, options.given, monitor);

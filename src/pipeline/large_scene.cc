@@ -99,9 +99,9 @@ LargeScene::LargeScene(const fs::path& workspace, const fs::path& splat,
                        Monitor& monitor)
     : options_(options), large_(large) {
   options_.Check();
-  CheckOption(!workspace.empty(), "a splat that is opened in parts needs " +
-                                      OptionName("workspace") +
-                                      ": views are placed around a whole one");
+  CheckOption(!workspace.empty(),
+              "a splat that is opened in parts needs a workspace: views are placed around a whole "
+              "one");
   const StageClock::Lap lap(clock_, "load");
   file_ = std::make_shared<const PlyFile>(splat);
   workspace_ = std::make_shared<const Workspace>(OpenWorkspace(workspace, options));

@@ -258,7 +258,13 @@ TEST(Recolor, OpensASceneByOneArgument) {
   const CommandResult several =
       RunRetint({"render", (temp / "two").string(), "--all", "--output", (temp / "r").string()});
   EXPECT_EQ(several.code, 3);
-  EXPECT_THAT(several.err, testing::HasSubstr("name one with --splat"));
+  EXPECT_THAT(several.err,
+              testing::HasSubstr("holds 2 splats (a.ply, b.ply): name one with --splat"));
+  std::filesystem::copy(TinyWorkspace() / "sparse", temp / "two" / "sparse",
+                        std::filesystem::copy_options::recursive);
+  std::filesystem::create_directory(temp / "two" / "images");
+  EXPECT_THAT(RunRetint({"info", (temp / "two").string()}).out,
+              testing::HasSubstr("none opened: the workspace holds 2 splats (a.ply, b.ply)"));
 }
 
 TEST(Recolor, ItsMasksAreTheObject) {

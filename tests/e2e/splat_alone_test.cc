@@ -65,6 +65,32 @@ TEST(SplatAlone, APaintedViewIsRecolored) {
   EXPECT_LT(MeanRedness(after, mask, false), MeanRedness(before, mask, false) + 0.1);
 }
 
+// --views is stronger than the number of a job, and refused for a session, which has its views.
+TEST(SplatAlone, ViewsOfAJobGiveWayAndThoseOfASessionStay) {
+  TempFolder temp;
+  const std::string job = (temp / "job.json").string(), session = (temp / "s.retint").string();
+  CommandResult result = RunRetint(
+      {"cameras", Splat(), "--views", "6", "--output", (temp / "ws").string(), "--quiet"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  const Workspace workspace = Workspace::Open(temp / "ws");
+  const View& view = *workspace.reconstruction.ViewsByName().front();
+  const Image photo = workspace.ReadPhoto(view);
+  WritePng(temp / "mask.png", Mask(photo.width, photo.height, 255));
+  WriteFile(job, R"({"retint_job": 1, "scene": {"views": 6, "splat": ")" + Splat() +
+                     R"("}, "regions": [{"name": "a", "masks": {")" + view.name +
+                     R"(": "mask.png"}, "options": {}, "edit": {"operations": [{"op": "gray"}]}}],
+                     "options": {"refit": {"iterations": 1}}, "outputs": {"session": "s.retint"}})");
+  result = RunRetint({"run", job, "--no-cache", "--progress", "none"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(RunRetint({"info", job, "--compare", "1"}).out, HasSubstr("views        6,"));
+  EXPECT_THAT(RunRetint({"info", session, "--compare", "1"}).out, HasSubstr("views        6,"));
+  EXPECT_THAT(RunRetint({"info", job, "--compare", "1", "--views", "40"}).out,
+              HasSubstr("views        40,"));
+  result = RunRetint({"info", session, "--compare", "1", "--views", "40"});
+  EXPECT_EQ(result.code, 2);
+  EXPECT_THAT(result.err, HasSubstr("s.retint has its own"));
+}
+
 std::vector<std::string> CamerasTo(const std::filesystem::path& folder, const std::string& views) {
   return {"cameras", Splat(), "--views", views, "--output", folder.string(), "--quiet"};
 }
