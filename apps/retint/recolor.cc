@@ -2,7 +2,7 @@
 // retint recolor: the whole pipeline, painted views to a recolored splat. Flags become a recipe
 // (pipeline/edit_recipe.h), which EditRun carries out.
 #include <fstream>
-#include <iterator>
+#include <string>
 
 #include <fmt/format.h>
 
@@ -32,6 +32,7 @@ struct Arguments {
   std::filesystem::path output;
   CLI::Option* page_flag = nullptr;
   bool no_page = false;
+  std::filesystem::path foreign_page;  // a file that is not Retint's, in the way of the page
 };
 
 EditRecipe RecipeOf(const Arguments& arguments, Run& run) {
@@ -80,6 +81,10 @@ void PrintResult(EditRun& edit, const EditRecipe& recipe, const Run& run) {
 void Recolor(const Arguments& arguments, Run& run) {
   const EditRecipe recipe = RecipeOf(arguments, run);
   CheckOutputs(recipe);
+  if (!arguments.foreign_page.empty()) {
+    run.Warn(arguments.foreign_page.string() +
+             " is not a page of Retint and stays: no page is written. --report-html names another");
+  }
   const auto scene = OpenSource(arguments.scene, arguments.large, recipe.holdout,
                                 &recipe.options.refit.options, run);
   StageCache cache(arguments.cache);
@@ -99,6 +104,7 @@ void Recolor(const Arguments& arguments, Run& run) {
   if (scene->IsWhole()) advice = AdviseOn(edit.session(), edit.outcomes()[0], run.monitor());
   edit.Write(run.warnings(), run.monitor());
   run.SetWritten();
+  cache.Trim(kKeptStageBytes);
   WarnOfLosses(arguments.output, edit.session().scene().original(), run);
   run.FinishProgress();
   PrintResult(edit, recipe, run);
@@ -146,20 +152,30 @@ void AddOutputs(CLI::App* verb, Arguments& arguments) {
       ->group(kOutputGroup);
 }
 
-// The page goes beside the splat, unless a flag says otherwise.
-// An earlier page may be replaced, but no page of somebody else's that lies there.
+// Whether a run of Retint wrote this page; its head says so.
 bool IsOurs(const std::filesystem::path& page) {
-  std::ifstream file(page);
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
-  return text.find("<p>Retint ") != std::string::npos;
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(page, ignored)) return false;
+  constexpr size_t kHeadBytes = 64 << 10;
+  std::string head(kHeadBytes, '\0');
+  std::ifstream file(page, std::ios::binary);
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<size_t>(file.gcount()));
+  return head.find("<p>Retint ") != std::string::npos;
 }
 
+// The page goes beside the splat, unless a flag says otherwise. It replaces an earlier page of
+// Retint, and no other file.
 void NamePage(Arguments& arguments) {
   if (arguments.no_page || !arguments.outputs.page.empty()) return;
   std::filesystem::path page = arguments.output;
   page.replace_extension(".html");
+  if (page == arguments.output) return;  // no splat is written as .html: --output is refused
   std::error_code ignored;
-  if (std::filesystem::exists(page, ignored) && !IsOurs(page)) return;
+  if (std::filesystem::exists(page, ignored) && !IsOurs(page)) {
+    arguments.foreign_page = page;
+    return;
+  }
   arguments.outputs.page = page;
   arguments.page_flag->add_result(arguments.outputs.page.string());  // for the checks of files
 }

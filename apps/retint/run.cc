@@ -21,7 +21,7 @@ namespace {
 struct Arguments {
   std::filesystem::path job, cache;
   bool no_cache = false, dry_run = false, schema = false;
-  uint64_t keep_mb = 2048;
+  uint64_t keep_mb = kKeptStageBytes >> 20;
   LargeArguments large;
   const CLI::Option* seed = nullptr;  // of all verbs; a job has its own
 };
