@@ -4,8 +4,9 @@
 #   bash apps/demo.sh                    a sample scene that it makes itself
 #   bash apps/demo.sh SCENE --view NAME --mask M.png --to '#3060ff'
 # The second form takes every option of `retint recolor` except those that name outputs; SCENE comes
-# first, --view and --mask may repeat. Both take --no-cuda and --cuda-arch LIST (see apps/build.sh). You can run it again:
-# outputs are replaced, and only what changed is built. A build in build/release is used if there is one.
+# first, --view and --mask may repeat. Both take --no-cuda and --cuda-arch LIST (see apps/build.sh).
+# You can run it again: outputs are replaced, and only what changed is built. A build in build/release
+# is used if there is one.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 demo=$root/demo
@@ -51,7 +52,8 @@ while (($# > 0)); do
       shift 2
       continue ;;
     -h | --help) sed -n '3,10s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
-    --output | -o | --report | --report-html | --comparison | --save-stages)
+    --output | -o | --report | --report-html | --no-report-html | --comparison | \
+      --save-stages)
       fail "$option: the demo's outputs go to $demo" ;;
     --edited) has_edit=true has_picture=true ;;
     --to | --tint | --edit | --adjust | --lut | --gradient | --palette | --matrix | --exposure | --contrast | \

@@ -8,6 +8,7 @@
 
 #include "base/edit_distance.h"
 #include "base/error.h"
+#include "retint/common.h"
 #include "retint/help.h"
 
 namespace retint::cli {
@@ -35,19 +36,33 @@ Number NumberFrom(const Option& option, const std::string& text) {
   const char* const end = text.data() + text.size();
   const auto [at, error] = std::from_chars(text.data(), end, value);
   CheckOption(error != std::errc::result_out_of_range,
-              option.Label() + ": '" + text + "' is too large");
+              option.name + ": '" + text + "' is out of range");
   CheckOption(error == std::errc() && at == end,
-              option.Label() + ": '" + text + "' is not a " +
+              option.name + ": '" + text + "' is not a " +
                   (std::is_integral_v<Number> ? "whole number" : "number"));
   return value;
 }
 
+// The part of a name after its stage and group.
+std::string LastOf(std::string_view name) {
+  const size_t dot = name.rfind('.');
+  std::string last(name.substr(dot == std::string_view::npos ? 0 : dot + 1));
+  std::replace(last.begin(), last.end(), '-', '_');
+  return last;
+}
+
+// How to go on after a name that is no option of the verb.
 std::string Suggestion(const std::vector<StageOption>& all, const std::string& name) {
+  if (const std::string stage = StageOf(name); !stage.empty()) {
+    return " of this command; " + VerbsOfStage(stage) + " have it";
+  }
   constexpr int kMostWrong = 2;
-  const auto distance = [&](const StageOption& one) { return EditDistance(name, one.option.name); };
+  const std::string last = LastOf(name);
+  const auto distance = [&](const StageOption& one) { return EditDistance(last, one.option.name); };
   const auto best = std::ranges::min_element(all, {}, distance);
-  if (best == all.end() || distance(*best) > kMostWrong) return "; `retint options` lists them";
-  return "; did you mean " + best->option.name + "?";
+  const bool is_alike = best != all.end() && distance(*best) <= kMostWrong &&
+                        2 * distance(*best) < static_cast<int>(last.size());
+  return is_alike ? "; did you mean " + best->option.name + "?" : "; `retint options` lists them";
 }
 
 }  // namespace
@@ -58,9 +73,7 @@ std::string StageOption::FullName() const {
 
 bool StageOption::IsNamed(std::string_view name) const {
   const size_t dot = name.rfind('.');
-  std::string last(name.substr(dot == std::string_view::npos ? 0 : dot + 1));
-  std::replace(last.begin(), last.end(), '-', '_');
-  if (last != option.name) return false;
+  if (LastOf(name) != option.name) return false;
   if (dot == std::string_view::npos) return true;
   const std::string_view group = name.substr(0, dot);
   return group == stage || group == option.applies || group == stage + "." + option.applies;
@@ -69,7 +82,7 @@ bool StageOption::IsNamed(std::string_view name) const {
 void SetFromText(const Option& option, const std::string& text) {
   if (std::holds_alternative<bool*>(option.member)) {
     CheckOption(text == "true" || text == "false",
-                option.Label() + " is either true or false, not '" + text + "'");
+                option.name + " is either true or false, not '" + text + "'");
     option.Set(text == "true");
   } else if (std::holds_alternative<OptionChoice>(option.member)) {
     option.Set(text);

@@ -36,8 +36,8 @@ std::string ToJson(const std::vector<ViewSuggestion>& suggestions) {
 void Suggest(const Arguments& arguments, Run& run) {
   const EditOptions options = Resolve(arguments.edit, run.globals());
   CheckOption(options.projector.Completes(),
-              "a suggestion follows from the completion: it needs --completion near or all, and no "
-              "other --set projector than gaussians");
+              "a suggestion needs a completed selection: --completion near or all, and --set "
+              "projector=gaussians");
   if (!arguments.report.empty()) CheckOutput(arguments.report);
   const auto session = OpenSession(arguments.scene, 0, run);
   SelectionSource source{.painted = ReadPaint(arguments.paint, session->scene().pictures()),

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/edit_distance.h"
+#include "retint/common.h"
 
 namespace retint::cli {
 namespace {
@@ -25,19 +26,49 @@ const CLI::App& VerbOf(const CLI::App& app) {
   return verbs.empty() ? app : *verbs.front();
 }
 
+std::vector<std::string> FlagsOf(const CLI::App& verb) {
+  std::vector<std::string> flags;
+  for (const CLI::Option* option : verb.get_options()) {
+    for (const std::string& name : option->get_lnames()) flags.push_back("--" + name);
+  }
+  return flags;
+}
+
+// "recolor, refit and run": the verbs that have a flag.
+std::string VerbsWith(const CLI::App& app, const std::string& flag) {
+  std::vector<std::string> verbs;
+  for (const CLI::App* verb : app.get_subcommands([](const CLI::App*) { return true; })) {
+    if (std::ranges::count(FlagsOf(*verb), flag) > 0) verbs.push_back(verb->get_name());
+  }
+  std::string text;
+  for (size_t i = 0; i < verbs.size(); ++i) {
+    text += (i == 0 ? "" : i + 1 < verbs.size() ? ", " : " and ") + verbs[i];
+  }
+  return text.empty() ? text : text + (verbs.size() == 1 ? " has it" : " have it");
+}
+
+// How to go on after a flag that the verb does not have.
+std::string FlagAdvice(const CLI::App& app, const std::string& flag) {
+  const CLI::App& verb = VerbOf(app);
+  if (flag == "--workspace") return "; SCENE is an argument without a flag";
+  std::string name = flag.substr(2);
+  std::replace(name.begin(), name.end(), '-', '_');
+  if (!StageOf(name).empty() && verb.get_option_no_throw("--set")) {
+    return "; write --set " + name + "=VALUE";
+  }
+  const std::string others = VerbsWith(app, flag);
+  return others.empty() ? Suggestion(flag, FlagsOf(verb)) : "; " + others;
+}
+
 // Words that nothing is known of.
 std::string UnknownFault(const CLI::App& app, const std::vector<std::string>& unknown) {
   std::string message = unknown.size() == 1 ? "The following argument was not expected:"
                                             : "The following arguments were not expected:";
   for (const std::string& word : unknown) message += ' ' + word;
-  std::vector<std::string> flags;
-  for (const CLI::Option* option : VerbOf(app).get_options()) {
-    for (const std::string& name : option->get_lnames()) flags.push_back("--" + name);
-  }
   const auto flag =
       std::ranges::find_if(unknown, [](const std::string& word) { return word.starts_with("--"); });
   if (flag == unknown.end()) return message;
-  return message + Suggestion(flag->substr(0, flag->find('=')), flags);
+  return message + FlagAdvice(app, flag->substr(0, flag->find('=')));
 }
 
 // CLI11 says "Could not convert: --views = 1.5".
@@ -50,10 +81,11 @@ std::string ConversionFault(const CLI::App& app, const std::string& message) {
   const CLI::Option* const option = VerbOf(app).get_option_no_throw(name);
   if (!option) return message;
   const bool is_whole = option->get_type_name().find("INT") != std::string::npos;
+  const size_t sign = value.starts_with('-') ? 1 : 0;
   const bool has_digits_only =
-      !value.empty() && value.find_first_not_of("0123456789") == std::string::npos;
+      value.size() > sign && value.find_first_not_of("0123456789", sign) == std::string::npos;
   return name + ": '" + value + "' is " +
-         (has_digits_only ? "too large"
+         (has_digits_only ? "out of range"
           : is_whole      ? "not a whole number"
                           : "not a number");
 }
@@ -93,7 +125,7 @@ std::string UnknownVerb(const CLI::App& app, const std::string& word) {
     names.push_back(verb->get_name());
   }
   const std::string suggestion = Suggestion(word, names);
-  return "there is no verb '" + word + "'" +
+  return "there is no command '" + word + "'" +
          (suggestion.empty() ? "; retint --help lists them" : suggestion);
 }
 

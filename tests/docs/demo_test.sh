@@ -36,5 +36,6 @@ paint=(s.ply --view=a.png --mask=m.png)
 refused 2 s.ply --view a.png
 refused 2 --view a.png --mask m.png
 refused 2 "${paint[@]}" --output=x.ply
+refused 2 "${paint[@]}" --no-report-html
 refused 3 none --view a.png --mask m.png
 refused 3 scene --splat=none.ply --view a.png --mask m.png

@@ -57,9 +57,46 @@ const Row kUsageRows[] = {
      [](Place& p) {
        return Recolor(p, {"--set", "iterations=1.5"});
      }},
-    {"SweepsBeyondIntegers", 2, "iterations: '30000000000' is too large",
+    {"SweepsBeyondIntegers", 2, "iterations: '30000000000' is out of range",
      [](Place& p) {
        return Recolor(p, {"--set", "iterations=30000000000"});
+     }},
+    {"AFlagThatOnlySetTakes", 2, "; write --set ridge_rest=VALUE",
+     [](Place& p) {
+       return Recolor(p, {"--ridge-rest", "1e-2"});
+     }},
+    {"AFlagOfOtherVerbs", 2, "--holdout; recolor, refit and evaluate have it",
+     [](Place& p) {
+       return With(p, "select", {"--holdout", "--view", "a", "--mask", "b", "-o", p.Out("c.ply")});
+     }},
+    {"AWorkspaceAsAFlag", 2, "; SCENE is an argument without a flag",
+     [](Place& p) {
+       return Arguments{"info", "--workspace", p.In(".")};
+     }},
+    {"AMisspelledOptionWithItsGroup", 2,
+     "there is no option 'mm.ridge_rset'; did you mean ridge_rest?",
+     [](Place& p) {
+       return Recolor(p, {"--set", "mm.ridge_rset=1"});
+     }},
+    {"AShortNameOfNothing", 2, "there is no option 'abc'; `retint options` lists them",
+     [](Place& p) {
+       return Recolor(p, {"--set", "abc=1"});
+     }},
+    {"AnOptionOfOtherVerbs", 2,
+     "there is no option 'ridge_rest' of this command; recolor and refit have it",
+     [](Place& p) {
+       return With(p, "project",
+                   {"--set", "ridge_rest=1", "--view", "a", "--mask", "b", "-o", p.Out("m")});
+     }},
+    {"ASceneWithANameTooLong", 3, ": File name too long",
+     [](Place&) {
+       return Arguments{"info", std::string(5000, 'a')};
+     }},
+    {"ASceneThatIsAFileOfAWorkspace", 3,
+     "transforms.json: is not a job of Retint: name the folder that it is in",
+     [](Place& p) {
+       WriteFile(p.in / "transforms.json", R"({"frames": []})");
+       return Arguments{"info", p.In("transforms.json")};
      }},
     {"ToleranceInWords", 2, "tolerance: 'small' is not a number",
      [](Place& p) {
@@ -71,7 +108,7 @@ const Row kUsageRows[] = {
        arguments.insert(arguments.end(), {"--seed", "2"});
        return arguments;
      }},
-    {"MisspelledVerb", 2, "there is no verb 'recolour'; did you mean recolor?",
+    {"MisspelledVerb", 2, "there is no command 'recolour'; did you mean recolor?",
      [](Place&) { return Arguments{"recolour"}; }},
     {"HoldoutOfEveryView", 2, "--holdout must be 0 (none) or at least 2",
      [](Place& p) {
@@ -285,7 +322,7 @@ const Row kUsageRows[] = {
        return With(p, "recolor",
                    {"--view", TinyView(), "--tint", "1,0,0", "--outptu", p.Out("o.ply")});
      }},
-    {"UnknownVerb", 2, "there is no verb 'frobnicate'",
+    {"UnknownVerb", 2, "there is no command 'frobnicate'",
      [](Place&) {
        return Arguments{"frobnicate", "--help"};
      }},
