@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <functional>
+#include <map>
 #include <memory>
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -99,6 +99,30 @@ std::vector<std::string> NamesOf(const CLI::Option& option) {
   return names;
 }
 
+// The options of --set, and the words that each may be; none: a number.
+std::map<std::string, std::vector<std::string>> SetValues() {
+  EditOptions edit;
+  RefineOptions refine;
+  std::map<std::string, std::vector<std::string>> values;
+  for (const StageOption& one : StagesOf(edit, refine)) {
+    std::vector<std::string>& words = values[one.option.name];
+    if (std::holds_alternative<bool*>(one.option.member)) words = {"true", "false"};
+    const auto* choice = std::get_if<OptionChoice>(&one.option.member);
+    if (choice) words = choice->names;
+  }
+  return values;
+}
+
+// "    solver) COMMAND 'mm adam' ;;", a line for each option of --set with words.
+std::string SetCases(const char* before, const char* after) {
+  std::string cases;
+  for (const auto& [name, words] : SetValues()) {
+    if (words.empty()) continue;
+    cases += "    " + name + ") " + before + Joined(words, " ") + after + " ;;\n";
+  }
+  return cases;
+}
+
 // Words that the value of an option may be; "ridge_rest=" goes on.
 std::vector<std::string> ValuesOf(const CLI::Option& option) {
   std::vector<std::string> words = ChoicesOf(option);
@@ -106,11 +130,7 @@ std::vector<std::string> ValuesOf(const CLI::Option& option) {
     for (const std::string_view name : ColorNames()) words.emplace_back(name);
   }
   if (option.get_name() == "--set") {
-    EditOptions edit;
-    RefineOptions refine;
-    std::set<std::string> names;
-    for (const StageOption& one : StagesOf(edit, refine)) names.insert(one.option.name + "=");
-    words.assign(names.begin(), names.end());
+    for (const auto& [name, values] : SetValues()) words.push_back(name + "=");
   }
   return words;
 }
@@ -138,7 +158,7 @@ std::string BashValues(const CLI::App& verb) {
     std::string reply = "return";
     if (!words.empty()) reply = "_retint_words '" + Joined(words, " ") + "'; return";
     if (option->get_name() == "--set") reply = "compopt -o nospace 2>/dev/null || true; " + reply;
-    if (IsFolder(*option)) reply = "mapfile -t COMPREPLY < <(compgen -d -- \"$current\"); return";
+    if (IsFolder(*option)) reply = "_retint_folders; return";
     std::vector<std::string> patterns;
     for (const std::string& name : NamesOf(*option)) {
       patterns.push_back("'" + verb.get_name() + " " + name + "'");
@@ -159,6 +179,16 @@ std::string BashCompletion(const CLI::App& app) {
   }
   return "# Completion of retint for bash; made by `retint manual bash`.\n"
          "_retint_words() { mapfile -t COMPREPLY < <(compgen -W \"$1\" -- \"$current\"); }\n"
+         "_retint_folders() {\n"
+         "  compopt -o filenames 2>/dev/null || true\n"
+         "  mapfile -t COMPREPLY < <(compgen -d -- \"$current\")\n"
+         "}\n"
+         "# The value of --set NAME=VALUE, which Bash splits at the sign.\n"
+         "_retint_set() {\n"
+         "  case ${1##*.} in\n" +
+         SetCases("_retint_words '", "'") +
+         "  esac\n"
+         "}\n"
          "_retint() {\n"
          "  local current=${COMP_WORDS[COMP_CWORD]} verb='' word\n"
          "  for word in \"${COMP_WORDS[@]:1:COMP_CWORD-1}\"; do\n"
@@ -166,6 +196,13 @@ std::string BashCompletion(const CLI::App& app) {
          Joined(names, " | ") +
          ") verb=$word; break ;; esac\n"
          "  done\n"
+         "  local sign=$COMP_CWORD\n"
+         "  [[ $current == = ]] && current='' || sign=$((COMP_CWORD - 1))\n"
+         "  if ((sign > 2)) && [[ ${COMP_WORDS[sign]} == = && ${COMP_WORDS[sign-2]} == --set ]]; "
+         "then\n"
+         "    _retint_set \"${COMP_WORDS[sign-1]}\"\n"
+         "    return\n"
+         "  fi\n"
          "  case \"$verb ${COMP_WORDS[COMP_CWORD-1]}\" in\n" +
          values +
          "  esac\n"
@@ -202,7 +239,9 @@ std::string ZshFlags(const CLI::App& app) {
     std::string value;
     if (TakesValue(*option)) {
       const std::vector<std::string> words = ValuesOf(*option);
-      value = ":value:" + (!words.empty()      ? "(" + Joined(words, " ") + ")"
+      const bool is_set = option->get_name() == "--set";
+      value = ":value:" + (is_set              ? std::string("_retint_set")
+                           : !words.empty()    ? "(" + Joined(words, " ") + ")"
                            : IsFolder(*option) ? std::string("_files -/")
                            : IsFile(*option)   ? std::string("_files")
                                                : std::string(" "));
@@ -217,6 +256,8 @@ std::string ZshFlags(const CLI::App& app) {
 
 std::string ZshCompletion(const CLI::App& app) {
   std::string verbs, cases;
+  std::vector<std::string> names;
+  for (const auto& [name, values] : SetValues()) names.push_back(name + "=");
   for (const CLI::App* verb : Verbs(app)) {
     verbs += "    " + Quoted(verb->get_name() + ":" + Escaped(verb->get_description(), ":")) + "\n";
     cases += "    " + verb->get_name() + ")\n      _arguments" + ZshFlags(*verb) +
@@ -224,6 +265,18 @@ std::string ZshCompletion(const CLI::App& app) {
   }
   return "#compdef retint\n"
          "# Completion of retint for zsh; made by `retint manual zsh`.\n"
+         "# NAME=VALUE of --set: no space after the sign, then the words of that option.\n"
+         "_retint_set() {\n"
+         "  if ! compset -P '*='; then\n"
+         "    compadd -S '' -- " +
+         Joined(names, " ") +
+         "\n"
+         "    return\n"
+         "  fi\n"
+         "  case ${${IPREFIX%=}##*.} in\n" +
+         SetCases("compadd -- ", "") +
+         "  esac\n"
+         "}\n"
          "_retint() {\n"
          "  local -a verbs=(\n" +
          verbs +

@@ -31,6 +31,9 @@ done
 [[ $(complete_words retint recolor --output a) == '  ' ]] || fail "bash offers words for a file"
 [[ $(complete_words retint recolor --to teal) == ' teal ' ]] || fail "bash does not complete a color"
 [[ $(complete_words retint recolor --set ridge_re) == ' ridge_rest= ' ]] || fail "bash does not complete an option"
+[[ $(complete_words retint recolor --set solver = m) == ' mm ' ]] || fail "bash does not complete an option's value"
+[[ $(complete_words retint recolor --set solver =) == ' mm adam ' ]] || fail "bash does not offer an option's values"
+[[ $(complete_words retint recolor --set tau =) == '  ' ]] || fail "bash offers words for a number"
 for shell in zsh fish; do
   script=$("$retint" manual $shell)
   [[ $script == *outside-weight* && $script == *ridge_rest=* ]] || fail "$shell lacks an option"
