@@ -118,6 +118,40 @@ TEST(ClusterEdits, GaussiansAreSplitAlike) {
   ExpectSameAsAlone(2, {"--tint", "0.2,0.4,1.0", "--refine", "--set", "refine.pixels=0.5"});
 }
 
+TEST(ClusterJobs, RanksWriteTheBytesOfOneProcess) {
+  SKIP_WITHOUT_MPIRUN();
+  const fs::path mask = fs::directory_iterator(Workspace() / "masks")->path();
+  json region = {{"name", "object"},
+                 {"paint", {{{"view", mask.stem().string()}, {"mask", mask.string()}}}},
+                 {"edit", {{"operations", {{{"op", "tint"}, {"color", {0.2, 0.4, 1.0}}}}}}}};
+  json second = region;
+  second["name"] = "again";
+  second["edit"] = {{"operations", {{{"op", "gray"}}}}};
+  TempFolder temp;
+  const auto run = [&](const std::string& folder, int ranks) {
+    fs::create_directory(temp / folder);
+    WriteFile(
+        temp / folder / "job.json",
+        json{{"retint_job", 1},
+             {"scene",
+              {{"workspace", Workspace().string()},
+               {"splat", (Workspace() / "splat.ply").string()}}},
+             {"regions", {region, second}},
+             {"outputs", {{"splats", {"out.ply"}}, {"masks", "masks"}, {"report", "report.json"}}}}
+            .dump());
+    CommandOptions options;
+    if (ranks > 1) options.launcher = Launcher(ranks);
+    const CommandResult result = RunRetint(
+        {"run", (temp / folder / "job.json").string(), "--no-cache", "--backend", "cpu"}, options);
+    EXPECT_EQ(result.code, 0) << result.err;
+    fs::remove(temp / folder / "job.json");
+  };
+  run("alone", 1);
+  run("shared", 3);
+  EXPECT_EQ(json::parse(ReadFile(temp / "shared" / "report.json"))["ranks"], 3);
+  ExpectSameFiles(temp / "alone", temp / "shared");
+}
+
 // One line of retint's, an exit code, nothing written.
 void ExpectOneLine(const CommandResult& result, const fs::path& output) {
   EXPECT_NE(result.code, 0);

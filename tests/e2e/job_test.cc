@@ -87,6 +87,25 @@ TEST_F(JobRun, MakesTheBytesThatRecolorMakesAndGoesOnFromWhatChanged) {
   EXPECT_EQ(States(Run().out), "select kept, project done, refit done");
 }
 
+TEST_F(JobRun, InPartsMakesTheBytesOfRecolorInParts) {
+  const std::vector<std::string> parts = {"--out-of-core", "on", "--index",
+                                          (temp_ / "splat.index").string()};
+  std::vector<std::string> recolor = {"recolor",  TinyWorkspace().string(),
+                                      "--view",   TinyView(),
+                                      "--mask",   TinyMask().string(),
+                                      "--tint",   "0.2,0.4,1",
+                                      "--output", (temp_ / "recolor.ply").string()};
+  recolor.insert(recolor.end(), parts.begin(), parts.end());
+  const CommandResult verb = RunRetint(recolor);
+  ASSERT_EQ(verb.code, 0) << verb.err;
+  EXPECT_THAT(verb.out, HasSubstr("in parts"));
+  job_["outputs"]["report"] = "report.json";
+  const CommandResult job = Run(parts);
+  ASSERT_EQ(job.code, 0) << job.err;
+  EXPECT_TRUE(json::parse(ReadFile(temp_ / "report.json")).contains("out_of_core"));
+  EXPECT_TRUE(ReadFile(temp_ / "out.ply") == ReadFile(temp_ / "recolor.ply"));
+}
+
 TEST_F(JobRun, TheSeedOfTheCommandTakesThePlaceOfTheJobs) {
   job_["seed"] = 7;
   ASSERT_EQ(Run().code, 0);
