@@ -99,6 +99,30 @@ Mask Strokes(const StrokeFlag& flag, const Pictures& pictures, const UserPicture
   return all;
 }
 
+// Says how many pixels of strokes lie beside the view, where they are cut.
+void WarnOfCutStrokes(const StrokeFlag& flag, const UserPicture& view, Run& run) {
+  const Eigen::Vector2d size(view.width, view.height);
+  size_t cut = 0;
+  for (const std::string& value : flag.values) {
+    const auto numbers = ParseNumbers(value);
+    if (!numbers) continue;  // a picture of the view's size
+    std::vector<Eigen::Vector2d> points;
+    for (size_t i = 0; i < numbers->size(); i += 2) {
+      points.emplace_back((*numbers)[i], (*numbers)[i + 1]);
+    }
+    // The view in the middle of nine.
+    Mask inside(view.width, view.height), around(3 * view.width, 3 * view.height);
+    DrawStroke(points, flag.brush, &inside);
+    for (Eigen::Vector2d& point : points) point += size;
+    DrawStroke(points, flag.brush, &around);
+    cut += CountInside(around) - CountInside(inside);
+  }
+  if (cut == 0) return;
+  run.Warn(
+      fmt::format("{} pixels of {} lie outside view {}, which is {}x{} pixels, and are left out",
+                  cut, flag.name, view.name, view.width, view.height));
+}
+
 // OptionError naming two strokes that cross. What covers most of the view is no stroke: of that,
 // MaskFromScribbles() speaks.
 void CheckCrossings(const ViewMaskRequest& request, const StrokeFlag& inside,
@@ -209,8 +233,10 @@ void MakeMask(const Arguments& arguments, Run& run) {
   const Pictures pictures = session->scene().pictures();
   const UserPicture& view = pictures.RequireOne(arguments.view);
   std::optional<SceneAnswer> asked;
-  const Mask mask = MakeViewMask(session->selection(), view, ToRequest(arguments, pictures, view),
-                                 run.monitor(), &asked);
+  const ViewMaskRequest request = ToRequest(arguments, pictures, view);
+  WarnOfCutStrokes({kInside, arguments.inside, arguments.brush}, view, run);
+  WarnOfCutStrokes({kOutside, arguments.outside, arguments.brush}, view, run);
+  const Mask mask = MakeViewMask(session->selection(), view, request, run.monitor(), &asked);
   WarnOfMismatch({arguments.view}, *session, run);
   const size_t inside = CountInside(mask);
   StagedOutput staged;

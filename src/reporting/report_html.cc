@@ -46,6 +46,9 @@ figure { margin: 0; } figcaption { font-size: 13px; overflow-wrap: anywhere; }
 .pair { position: relative; border-radius: 6px; overflow: hidden; background: #000; }
 .pair img { display: block; width: 100%; height: auto; }
 .pair img + img { position: absolute; inset: 0; clip-path: inset(0 0 0 var(--at, 50%)); }
+.side { position: absolute; inset: 0; padding: 4px 8px; color: #fff; font-size: 12px; pointer-events: none;
+  text-shadow: 0 0 3px #000, 0 0 3px #000; clip-path: inset(0 calc(100% - var(--at, 50%)) 0 0); }
+.side + .side { text-align: right; clip-path: inset(0 0 0 var(--at, 50%)); }
 .pair img.mask { clip-path: none; display: none; } figure.masked img.mask { display: block; }
 figure input { width: 100%; margin: 6px 0 0; accent-color: var(--accent); }
 figure button { font: inherit; font-size: 13px; color: var(--ink); background: none; border: 1px solid var(--line);
@@ -80,6 +83,7 @@ struct ViewPictures {
   const View* view = nullptr;
   bool painted = false, heldout = false;
   const WorstQuality* quality = nullptr;  // null: it holds no masked pixel
+  int slider = 50;                        // its first place, percent of the width from the left
   double selected = 0;                    // of its pixels, by any region
   Image8 before, after, mask;             // no mask: empty
 };
@@ -117,6 +121,19 @@ Mask UnionOfMasks(const RegionSet& regions, const std::string& name) {
   }
   const bool any = std::any_of(all.data.begin(), all.data.end(), [](uint8_t v) { return v > 0; });
   return any ? all : Mask();
+}
+
+// Where a slider shows most of a change: half of the mask on either side, in percent of the width.
+int MiddleOf(const Mask& mask) {
+  std::vector<size_t> columns(static_cast<size_t>(mask.width));
+  size_t all = 0;
+  for (size_t i = 0; i < mask.data.size(); ++i) {
+    columns[i % columns.size()] += mask.data[i];
+    all += mask.data[i];
+  }
+  size_t left = 0, x = 0;
+  while (2 * left < all) left += columns[x++];
+  return static_cast<int>(100 * x / columns.size());
 }
 
 class Page {
@@ -199,6 +216,7 @@ void Page::Render(Monitor& monitor) {
       if (mask.Empty()) continue;
       one.mask = Shrunk(MaskOverlay(picture, mask));
       one.selected = FractionInside(mask);
+      one.slider = MiddleOf(mask);
     }
   }
 }
@@ -212,19 +230,21 @@ std::string Page::Pictures(int quality) const {
   for (const ViewPictures& one : views_) {
     const std::string name = HtmlText(one.view->name);
     html += fmt::format(
-        "<figure><div class=\"pair\"><img loading=\"lazy\" width=\"{0}\" height=\"{1}\" "
+        "<figure><div class=\"pair\" style=\"--at: {5}%\"><img loading=\"lazy\" width=\"{0}\" "
+        "height=\"{1}\" "
         "alt=\"{2} before\" src=\"{3}\"><img loading=\"lazy\" width=\"{0}\" height=\"{1}\" "
         "alt=\"{2} after\" src=\"{4}\">",
         one.before.width, one.before.height, name, Embedded(one.before, quality),
-        Embedded(one.after, quality));
+        Embedded(one.after, quality), one.slider);
     if (!one.mask.Empty()) {
       html += fmt::format("<img loading=\"lazy\" class=\"mask\" alt=\"{} mask\" src=\"{}\">", name,
                           Embedded(one.mask, quality));
     }
     html += fmt::format(
-        "</div><input type=\"range\" min=\"0\" max=\"100\" value=\"50\" "
-        "aria-label=\"Before and after of {}\">\n<figcaption>{} ",
-        name, name);
+        "<div class=\"side\" aria-hidden=\"true\">before</div><div class=\"side\" "
+        "aria-hidden=\"true\">after</div></div><input type=\"range\" min=\"0\" max=\"100\" "
+        "value=\"{1}\" aria-label=\"Before and after of {0}\">\n<figcaption>{0} ",
+        name, one.slider);
     if (one.painted) html += "<span class=\"tag\">painted</span> ";
     if (one.heldout) html += "<span class=\"tag\">held out</span> ";
     if (one.quality) {

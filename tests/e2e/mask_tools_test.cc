@@ -161,6 +161,21 @@ TEST(SuggestVerb, RanksTheViewsThatAreNotPainted) {
   EXPECT_THAT(off.err, HasSubstr("--completion near or all"));
 }
 
+TEST(MaskVerb, SaysHowManyPixelsOfAStrokeAreCut) {
+  TempFolder temp;
+  const auto draw = [&](const std::string& points) {
+    return RunRetint(With("mask", {"--view", TinyView(), "--scribble", points, "--brush", "1",
+                                   "--output", (temp / "m.png").string()}));
+  };
+  const CommandResult cut = draw("-20,60,40,60");
+  ASSERT_EQ(cut.code, 0) << cut.err;
+  EXPECT_THAT(cut.err, HasSubstr(" pixels of --scribble lie outside view " + TinyView() +
+                                 ", which is 160x120 pixels, and are left out"));
+  const CommandResult whole = draw("20,60,40,60");
+  ASSERT_EQ(whole.code, 0) << whole.err;
+  EXPECT_THAT(whole.err, testing::Not(HasSubstr("left out")));
+}
+
 TEST(ScoreVerb, GivesTheTruthFullMarks) {
   TempFolder temp;
   std::filesystem::path truth;

@@ -81,6 +81,34 @@ TEST_F(Html, IsOnePageWithEveryView) {
   EXPECT_THAT(page, Not(HasSubstr("src=\"file")));
 }
 
+// The slider begins in the middle of the masks, where both sides show a part of the change.
+TEST_F(Html, LabelsBothSidesAndBeginsInTheChange) {
+  const std::string page = Make();
+  const auto views = static_cast<int>(session_->scene().reconstruction().views.size());
+  EXPECT_EQ(Count(page, ">before</div>"), views);
+  EXPECT_EQ(Count(page, ">after</div>"), views);
+  const RegionSet& set = session_->store().regions();
+  std::vector<size_t> sums;  // of the columns of the first view's masks
+  size_t all = 0;
+  const std::string name = ViewName(0);
+  for (const Region& region : set.regions) {
+    const auto mask = region.selection->masks.find(name);
+    if (!region.visible || mask == region.selection->masks.end()) continue;
+    sums.resize(static_cast<size_t>(mask->second.width));
+    for (size_t i = 0; i < mask->second.data.size(); ++i) {
+      sums[i % sums.size()] += mask->second.data[i];
+      all += mask->second.data[i];
+    }
+  }
+  ASSERT_GT(all, 0u);
+  const size_t at = page.find("value=\"", page.find("alt=\"" + HtmlText(name) + " after\""));
+  const size_t percent = std::stoul(page.substr(at + 7));
+  size_t left = 0;
+  for (size_t x = 0; x < sums.size() * percent / 100; ++x) left += sums[x];
+  EXPECT_NEAR(double(left) / double(all), 0.5, 0.15);  // a column and masks that overlap
+  EXPECT_THAT(page, HasSubstr("--at: " + std::to_string(percent) + "%"));
+}
+
 // In words and as a picture, but for a free view, which has no mask.
 TEST_F(Html, ShowsWhatBecameOfThePaint) {
   const std::string page = Make();
