@@ -77,10 +77,12 @@ const Region* RegionSet::Find(RegionId id) const {
 Region* RegionSet::Find(RegionId id) { return const_cast<Region*>(std::as_const(*this).Find(id)); }
 
 void RefitJob::Describe(OptionList& list) {
-  list.push_back({.name = "target",
-                  .member = ChoiceOf(target, {"render", "photo"}),
-                  .help = "what is edited to become the targets: render (of the splat) or photo",
-                  .tier = OptionTier::kOccasional});
+  list.push_back(
+      {.name = "target",
+       .member = ChoiceOf(target, {"render", "photo"}),
+       .help =
+           "the pictures that become the targets after the edit: render (of the splat) or photo",
+       .tier = OptionTier::kOccasional});
   options.Describe(list);
 }
 

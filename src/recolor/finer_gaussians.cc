@@ -373,7 +373,7 @@ void RefineOptions::Describe(OptionList& list) {
   list.push_back({.name = "most",
                   .member = &most,
                   .range = OptionRange::Closed(2, 20000000),
-                  .help = "parts at most, all together; where there would be more, they are larger",
+                  .help = "the largest number of parts; if more are needed, parts are larger",
                   .tier = OptionTier::kExpert});
   list.push_back({.name = "share",
                   .member = &share,

@@ -98,6 +98,6 @@ def progress_bar(*calls: str, file: Optional[TextIO] = None) -> ProgressBar:
         session.evaluate(region, progress=bar)
 
     Name 'select' once for each painted view and 'refit' once for each region. After the end of a run
-    the bar begins another one. `file`: where it is drawn, standard error by default.
+    the bar begins another one. `file`: the stream to draw to; standard error by default.
     """
     return ProgressBar(calls or ("select", "project", "refit", "evaluate"), file)
