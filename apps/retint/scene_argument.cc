@@ -110,10 +110,8 @@ void FindScene(SceneArguments& scene) {
 void AddSceneFiles(CLI::App* verb, Globals& globals, SceneArguments& scene, bool needs_splat) {
   scene.needs_splat = needs_splat;
   globals.scenes[verb] = &scene;
-  verb->add_option(
-          "SCENE", scene.path,
-          "Workspace (COLMAP, nerfstudio), splat, session (NAME.retint, without its regions) or "
-          "job (its scene only)")
+  verb->add_option("SCENE", scene.path,
+                   "Workspace, splat, session (NAME.retint, without its regions) or job")
       ->required()
       ->type_name("SCENE");
   AddPath(verb, "-s,--splat", scene.splat,
