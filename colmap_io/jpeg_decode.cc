@@ -40,8 +40,8 @@ void Silence(j_common_ptr) {}
 
 bool IsInk(J_COLOR_SPACE space) { return space == JCS_CMYK || space == JCS_YCCK; }
 
-// What four inks leave of white. Adobe's files, which say so, store the light that each ink lets
-// through (255: no ink), others the ink.
+// The rest of white after four inks. Adobe's files, which say so, store the light that each ink
+// lets through (255: no ink), others the ink.
 void RgbFromInk(const std::vector<JSAMPLE>& row, bool adobe, JSAMPLE* rgb) {
   for (size_t x = 0; x < row.size() / 4; ++x) {
     const auto light = [&](size_t c) {

@@ -207,7 +207,7 @@ std::optional<fs::path> FindImages(const fs::path& root, const fs::path& sparse_
       break;
     }
   }
-  // Where no photo is there, they belong into `images` of the workspace that the root is a part of.
+  // If there are no photos, they belong into `images` of the workspace that the root is a part of.
   const bool root_is_model = sparse_folder == root || sparse_folder == root / "0";
   fs::path place = WithoutSlash(root);
   for (int up = 0; !first && root_is_model && up < 3; ++up, place = place.parent_path()) {

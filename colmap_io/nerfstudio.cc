@@ -103,7 +103,7 @@ std::string ModelOf(const Json& frame, const Json& all) {
   return "OPENCV";
 }
 
-// `number(key)` is what the frame or all of the file say. `camera` is a pinhole camera as yet.
+// `number(key)` is of the frame or of all of the file. `camera` is a pinhole camera as yet.
 template <typename Number>
 void Bend(const std::string& model, const Number& number, const Path& path, Camera* camera) {
   constexpr std::string_view kPerspective[] = {"SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL",
@@ -165,8 +165,8 @@ Camera CameraFrom(const Json& frame, const Json& all, const Path& path) {
   return camera;
 }
 
-// Its file_path, without what leads out of the folder: names of views are those of files that are
-// written, too.
+// Its file_path, without parts that lead out of the folder: names of views are those of files that
+// are written, too.
 std::string NameOf(const Json& frame, const Path& path) {
   const auto found = frame.find("file_path");
   if (found == frame.end() || !found->is_string()) {

@@ -219,7 +219,7 @@ Image Turned(const Image& stored, int orientation) {
   return shown;
 }
 
-// Up to what rounding both sides of the smaller picture to whole pixels may change.
+// Up to the change by rounding both sides of the smaller picture to whole pixels.
 bool SameShape(int width, int height, int other_width, int other_height) {
   const int64_t cross = int64_t{width} * other_height - int64_t{other_width} * height;
   return std::abs(cross) <= std::max(int64_t{width} + height, int64_t{other_width} + other_height);

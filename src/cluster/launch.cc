@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the launcher left in the environment, and what follows from it for cores and GPUs.
+// The launcher's variables in the environment, and their consequences for cores and GPUs.
 #include <sched.h>
 #include <unistd.h>
 
@@ -63,7 +63,7 @@ Launch ReadLaunch() {
   const char* const wanted = std::getenv("RETINT_MPI");
   if (wanted && std::string(wanted) == "off") return launch;
   // Open MPI's mpirun; PMIx and PMI by srun. Slurm's own variables are set for programs that it
-  // started without MPI, too, and only complete what these say.
+  // started without MPI, too, and only complete these.
   launch.rank = Variable({"OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"}, -1);
   launch.by_mpi = launch.rank >= 0;
   if (!launch.by_mpi) return Launch();

@@ -60,8 +60,8 @@ bool OnOneMachine() {
   return size == CommSize();
 }
 
-// What a rank tells the others before their devices are linked: lines, and so the same everywhere
-// that decides.
+// The message of a rank to the others before their devices are linked: lines, and so the same
+// everywhere that decides.
 struct LinkOffer {
   std::string device, version, fault;
 

@@ -105,7 +105,7 @@ class NcclLink : public DeviceLink {
     try {
       nccl_.comm_destroy(Comm());
       if (joined_.memory) nccl_.mem_free(joined_.memory);
-    } catch (const RunError&) {  // what was never joined is not left
+    } catch (const RunError&) {  // a group that was never joined is not left
     }
   }
 

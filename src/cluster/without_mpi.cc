@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where MPI was not found when the program was built.
+// For a program that was built without MPI.
 #include <cstdlib>
 
 #include "base/error.h"

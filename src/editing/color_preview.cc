@@ -70,7 +70,7 @@ class ColorPreview::Touched {
                       });
   }
 
-  // What all regions together make of these Gaussians, [indices, K, 3]; until the next call.
+  // These Gaussians after all regions together, [indices, K, 3]; until the next call.
   const FloatArray& Compose(Backend& backend, RegionSet regions, const RefitJob& job) {
     for (size_t i = 0; i < parts_.size(); ++i) {
       regions.regions[i].selection = parts_[i].selection;

@@ -27,25 +27,25 @@ namespace retint {
 namespace {
 
 constexpr size_t kMostPairs = 40000;  // of colors, all pictures together
-constexpr float kExplained = 2.5F;    // DeltaE00: what a map gets this close to
+constexpr float kExplained = 2.5F;    // DeltaE00: colors that a map gets this close to
 // A picture that shows its view: the mean change of its half that changed least, and the least
 // EdgeCorrelation. Pictures of neighboring views have up to 0.26, of the view itself 0.59 and more.
 constexpr double kLike = 0.008, kLeastEdges = 0.35;
 constexpr int kColorCells = 16;        // a side of the RGB cube
 constexpr double kMostCommon = 0.4;    // of colors that were changed and of those that stayed
-constexpr double kWhole = 0.98;        // of the pixels: what is left then are stray ones
+constexpr double kWhole = 0.98;        // of the pixels: the rest are stray ones then
 constexpr double kUntouched = 0.9995;  // of the pixels, without a map: a small logo is none of them
 constexpr double kMostly = 0.8;        // of the pixels: the map is meant for those at the rim too
 constexpr double kAsGood = 0.25;       // DeltaE00, mean: an earlier map stays where it is so close
 constexpr float kTaken = 0.5F;   // of a pixel's change: less is left of it by a map that helps
 constexpr double kHelped = 0.5;  // of the changed pixels: fewer, and the change is no map
 
-// One picture, and what its view was before: inside the selection.
+// One picture, and its view before: inside the selection.
 struct Pair {
   const EditedPicture* picture = nullptr;
   Image before;  // as operations before the picture leave it
   Mask inside;
-  Mask around;        // what was left unchanged next to it, where that tells something
+  Mask around;        // unchanged pixels next to it, if they tell something
   ScalarImage least;  // DeltaE00: of a change
 };
 
@@ -164,7 +164,7 @@ Mask MaskOf(const RegionSelection& selection, const std::string& view, const Wor
   return found == selection.masks.end() ? Mask() : found->second;
 }
 
-// Leaves out what of a view its photo does not show: nobody can have changed it.
+// Leaves out parts of a view that its photo does not show: nobody can have changed them.
 void LimitToPhoto(Mask& mask, const EditedPicture& picture, const Workspace& workspace) {
   if (!picture.of_photo) return;
   const Mask reach = workspace.photo_pixels->Reach(workspace.RequireView(picture.view).id);
@@ -189,7 +189,7 @@ std::vector<Pair> PairsOf(const ColorOperation& op, const ColorEdit& before,
     if (picture.compared) continue;
     Mask mask = MaskOf(selection, picture.view, scene.workspace());
     if (!AnySet(mask)) continue;
-    // As such a view is shown: what a picture was made from.
+    // As such a view is shown: the source of a picture.
     const auto shown = selection.masks.find(picture.view);
     const Mask& share = shown == selection.masks.end() ? mask : shown->second;
     Pair pair{&picture, BeforePicture(picture, before, share, scene, sh), mask, {}, {}};
@@ -231,8 +231,8 @@ ColorTable FitTable(const std::vector<Pair>& pairs) {
 struct Explanation {
   std::vector<ScalarImage> residuals;  // of each pair
   double share = 0;                    // of the pixels inside
-  double score = 0;                    // mean residual, what is not explained at its bound
-  double median = 0;                   // of the residuals of what is explained
+  double score = 0;   // mean residual, with pixels that are not explained at the bound
+  double median = 0;  // of the residuals of explained pixels
 };
 
 Explanation Explain(const std::vector<Pair>& pairs, const CompiledEdit* edit) {
@@ -259,8 +259,8 @@ Explanation Explain(const std::vector<Pair>& pairs, const CompiledEdit* edit) {
   return found;
 }
 
-// Whether the colors that were changed are largely those of what was left unchanged around it: that
-// is no map of colors, but paint.
+// Whether the colors that were changed are largely those of unchanged pixels around it: that is no
+// map of colors, but paint.
 bool SomeOfTheirColorsStayed(const std::vector<Pair>& pairs) {
   struct Count {
     size_t changed = 0, stayed = 0;
@@ -288,8 +288,8 @@ bool SomeOfTheirColorsStayed(const std::vector<Pair>& pairs) {
   return double(common) > kMostCommon * double(std::min(all.changed, all.stayed));
 }
 
-// Whether a map takes most of their change from most of the pixels that were changed. Where one
-// color became two, the best map makes it a third one between them, which nobody painted.
+// Whether a map takes most of their change from most of the pixels that were changed. If one color
+// became two, the best map makes it a third one between them, which nobody painted.
 bool TakesMostOfTheChange(const std::vector<Pair>& pairs, const Explanation& as_it_was,
                           const Explanation& fitted) {
   size_t changed = 0, helped = 0;
@@ -313,7 +313,7 @@ Explanation ExplainBy(const std::vector<Pair>& pairs, const Map& map) {
   return Explain(pairs, &edit);
 }
 
-// What explains the pictures best, with the color map that does it, or none where none does. `map`
+// The best explanation of the pictures, with its color map, or none if no map explains them. `map`
 // is the map of earlier pictures, which stays where it explains these as well.
 Explanation FindMap(const std::vector<Pair>& pairs, Map* map) {
   auto table = std::make_shared<ColorTable>(FitTable(pairs));
@@ -357,7 +357,7 @@ std::string NothingTaken(const std::vector<Pair>& pairs) {
   return NothingTaken(different);
 }
 
-// What is known of pictures that were compared before, without what other pictures replace.
+// The results of pictures that were compared before, without those that other pictures replace.
 PictureEdit Earlier(const PictureEdit& edit) {
   PictureEdit earlier;
   std::set<std::string> replaced;
@@ -380,7 +380,7 @@ const PaintLayer* LayerOf(const PictureEdit& edit, const std::string& view) {
 }
 
 // Takes the difference back to 0 where the picture is as it was written and nothing was painted on
-// this view: what shows there was painted on others, and stays theirs.
+// this view. The paint that shows there is of others, and stays theirs.
 void LeaveAsWritten(const Pair& pair, const PaintLayer* layer, ScalarImage& difference) {
   const Image8& written = pair.picture->written;
   for (int y = 0; y < written.height; ++y) {
@@ -539,8 +539,8 @@ std::map<std::string, Mask> ChangedMasks(ColorOperation& op, OpenScene& scene,
   for (const auto& [file, change] : changes) {
     if (!change.taken) throw InputError(file + ": " + NothingTaken(change.different));
   }
-  // A map is for what was changed and for nothing else. Paint is where it is, and the Gaussians
-  // that show it reach beyond.
+  // A map is for changed pixels and for nothing else. Paint is where it is, and the Gaussians that
+  // show it reach beyond.
   Map map;
   FindMap(pairs, &map);
   std::map<std::string, Mask> masks;

@@ -53,7 +53,7 @@ double PixelAt(const Eigen::Vector3d& point, const std::vector<PosedCamera>& cam
   return least;
 }
 
-// The region in the finer scene, where each part has what its parent had.
+// The region in the finer scene, in which each part has the share of its parent.
 Region Carried(const Region& region, const std::vector<int32_t>& parents) {
   Region carried = region;
   carried.fit = nullptr;

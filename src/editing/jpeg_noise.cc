@@ -22,7 +22,7 @@ namespace {
 
 constexpr float kOverNoise = 3;  // times the noise that the file has nearby
 constexpr float kSurely = 12;    // DeltaE00: so much is a change, whatever the noise
-constexpr int kRounds = 3;       // of finding what was changed, and what that made of the rest
+constexpr int kRounds = 3;       // of finding the changes, and their noise in the rest
 
 using Colors = std::vector<CieLab>;  // of every pixel
 
@@ -51,7 +51,7 @@ ScalarImage Differences(const Colors& a, const Colors& b, const Image8& picture)
   return differences;
 }
 
-// The most that it is within two pixels, after what single pixels have of it was evened out.
+// Its maximum within two pixels, after the values of single pixels were evened out.
 void Spread(ScalarImage& noise) {
   cv::Mat pixels(noise.height, noise.width, CV_32F, noise.data.data());
   cv::GaussianBlur(pixels, pixels, {}, 1);
@@ -78,8 +78,8 @@ ScalarImage LeastChanges(const Image8& picture, const Image& view,
   const ScalarImage from_held = Differences(painted, held, picture);
   ScalarImage noise_of_view = Differences(was, held, picture);
   Spread(noise_of_view);
-  // A file of the view with the paint that is known so far has the paint's noise around it. What
-  // it explains is no paint.
+  // A file of the view with the paint that is known so far has the paint's noise around it.
+  // Differences that it explains are no paint.
   Mask changed(picture.width, picture.height);
   for (size_t p = 0; p < changed.data.size(); ++p) {
     changed.data[p] = from_held.data[p] > kSurely ? 255 : 0;

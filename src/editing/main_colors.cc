@@ -99,7 +99,7 @@ ColorEdit OperationsBefore(const ColorEdit& edit, size_t i) {
   return {{edit.operations.begin(), edit.operations.begin() + ptrdiff_t(i)}, 1};
 }
 
-// Of the selection's pixels, what an operation asks for, after the operations before it.
+// The measurements of an operation on the selection's pixels, after the operations before it.
 // `elsewhere`: PixelsElsewhere().
 void Measure(ColorOperation& op, const ColorEdit& before, const std::vector<float>& pixels,
              const std::vector<float>& elsewhere = {}) {
@@ -111,8 +111,8 @@ void Measure(ColorOperation& op, const ColorEdit& before, const std::vector<floa
   }
 }
 
-// What up to eight views show of a selection that was painted in a few, for how bright it gets:
-// pixels of small pictures.
+// Pixels of small pictures: up to eight views of a selection that was painted in a few, to see how
+// bright it gets.
 std::vector<float> PixelsElsewhere(const RegionSelection& selection, const Reconstruction& model,
                                    Renderer& renderer) {
   if (selection.source.painted.empty()) return {};

@@ -20,10 +20,11 @@ constexpr float kOverNoise = 5.5f;          // times the median of the noise
 constexpr int kNeighbors = 4;     // of nine, itself among them, that a changed pixel needs
 constexpr double kAround = 0.03;  // of the smaller side
 constexpr double kGap = 0.01;     // of the smaller side: half the width of a gap that is paint too
-constexpr int kMixed = 1;      // pixels: so near to the selection's end they show what lies beyond
+constexpr int kMixed = 1;  // pixels: so near to the selection's end they show the surface beyond
 constexpr int kExtension = 2;  // pixels
 constexpr double kRim = 0.01;  // of the smaller side, four pixels at least
-constexpr double kBeside = 0.015;  // of the smaller side: what a selection has beside its paint
+constexpr double kBeside =
+    0.015;  // of the smaller side: the margin of a selection beside its paint
 
 cv::Mat Pixels(Mask& mask) { return {mask.height, mask.width, CV_8U, mask.data.data()}; }
 
@@ -105,7 +106,8 @@ float LeastChange(const Image8& picture, const Image& view) {
       if (one > kNone) noise.push_back(one);
     }
   }
-  // Flat parts of a JPEG have none. Where most of the picture has none, what has some is paint.
+  // Flat parts of a JPEG have none. If most of the picture has none, pixels that have some are
+  // paint.
   if (double(noise.size()) < kLeastNoisy * double(samples)) return kSeen;
   return std::clamp(kOverNoise * float(Median(std::move(noise))), kSeen, kMostNoise);
 }
@@ -173,7 +175,7 @@ void DropRim(ScalarImage& difference, const ScalarImage& least, const Mask& insi
 void DropStray(ScalarImage& difference, const ScalarImage& least) {
   constexpr float kStrong = 10, kOverLeast = 2;  // DeltaE00, and times `least`
   constexpr int kFewest = 16;                    // strong pixels of a piece
-  constexpr double kMuch = 0.25;                 // of what differs in it
+  constexpr double kMuch = 0.25;                 // of its different pixels
   Mask paint = ChangedPixels(difference, least), together = paint;
   CloseGaps(together);  // the letters of a word
   cv::Mat pieces;
@@ -200,7 +202,7 @@ Mask WithoutSpill(Mask mask, const DepthMap& depth) {
   constexpr float kJump = 0.025F;  // of the depth, from pixel to pixel: a ball's limb has less
   const int reach = std::max(6, int(std::lround(kBeside * std::min(mask.width, mask.height))));
   cv::threshold(Pixels(mask), Pixels(mask), 127, 255, cv::THRESH_BINARY);
-  // What the surfaces that are painted deep inside go on to without a jump, straight on: a table
+  // The pixels that the surfaces painted deep inside reach without a jump, straight on: a table
   // that a ball lies on is not followed around the ball.
   Mask kept = mask;
   cv::erode(Pixels(kept), Pixels(kept), Disk(reach), {-1, -1}, 1, cv::BORDER_CONSTANT, 255);

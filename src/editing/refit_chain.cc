@@ -140,7 +140,7 @@ ShSnapshot RefitChain::Snapshot() const {
     snapshot.region = input_.state.regions[index_].id;
     snapshot.losses = refitter_->losses();
   }
-  // What is not fitted yet shows its closed form, so that the first snapshot is the whole preview.
+  // Regions without a fit show their closed form, so that the first snapshot is the whole preview.
   FloatArray sh = refitter_ ? refitter_->Sh() : CurrentSh();
   const size_t next = refitter_ ? index_ + 1 : index_;
   const auto& regions = input_.state.regions;

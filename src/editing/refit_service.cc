@@ -167,7 +167,7 @@ RefitService::PictureStep RefitService::PictureStepOf(RegionId id, const View& v
                                                       TargetKind target) {
   Image image = target == TargetKind::kPhoto ? scene_.Picture(view)
                                              : scene_.Render(view, scene_.original().sh);
-  scene_.renderer().SetSh(scene_.original().sh);  // what a paint carrier looks at
+  scene_.renderer().SetSh(scene_.original().sh);  // the pictures that a paint carrier looks at
   const Region& region = store_.Require(id);
   for (const Region& other : store_.regions().regions) {
     if (other.id == id) break;

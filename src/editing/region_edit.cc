@@ -9,7 +9,7 @@
 namespace retint {
 namespace {
 
-// What an edit of a region became, for the history: "Gradient in vase".
+// The edit of a region in words, for the history: "Gradient in vase".
 std::string LabelOfStep(const Region& before, const ColorEdit& after) {
   const auto& old = before.edit.operations;
   const auto& now = after.operations;

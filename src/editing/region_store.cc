@@ -90,7 +90,7 @@ RegionId RegionStore::Duplicate(RegionId id) {
   const std::string label = "Duplicate " + copy.name;
   copy.id = next_region_++;
   copy.name += " copy";
-  copy.fit = nullptr;  // it starts from what the first left, so its fit is another
+  copy.fit = nullptr;  // it starts from the result of the first, so its fit is another
   const auto at = std::find_if(state.regions.begin(), state.regions.end(),
                                [&](const Region& region) { return region.id == id; });
   const RegionId copied = copy.id;

@@ -63,7 +63,7 @@ uint64_t MortonCurve::CodeOf(const IndexEntry& entry) const {
   return size << 60 | code;
 }
 
-// What is left of a sorted run, in memory or in the file, of which some entries are read ahead.
+// The rest of a sorted run, in memory or in the file, of which some entries are read ahead.
 class EntrySorter::Source {
  public:
   explicit Source(std::span<const PlacedEntry> held) : left_(held) {}
@@ -210,7 +210,7 @@ void EntrySorter::OpenFile() {
   fd_ = open(folder.c_str(), O_TMPFILE | O_RDWR | O_EXCL | O_CLOEXEC, 0600);
   if (fd_ >= 0) return;
 #endif
-  // Where the file system has no such files, one has a name for a moment.
+  // If the file system has no such files, one has a name for a moment.
   std::string name = (folder / ".retint-index-XXXXXX").string();
   fd_ = mkostemp(name.data(), O_CLOEXEC);
   if (fd_ < 0) Fail("make");

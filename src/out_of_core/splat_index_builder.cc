@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Builds an index in one pass over the splat: what the index needs of each Gaussian is sorted along
-// a curve through the scene, on disk where memory does not do, and cut into blocks.
+// Builds an index in one pass over the splat: the entries of the Gaussians are sorted along a curve
+// through the scene, on disk if memory does not do, and cut into blocks.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -53,8 +53,8 @@ size_t FixedBytes(uint64_t count, const SplatIndexOptions& options) {
          options.block * kMemberBytes;
 }
 
-// A quarter of the memory is for what is read, an eighth for what is parsed, the rest for what is
-// sorted. When runs are merged all that is given up.
+// A quarter of the memory is for reading, an eighth for parsing, the rest for sorting. When runs
+// are merged all that is given up.
 Plan PlanOf(const PlyFile& splat, size_t bytes) {
   const uint64_t count = std::max<uint64_t>(1, splat.count()), stride = splat.record_bytes();
   const size_t threads = std::max(1U, std::thread::hardware_concurrency());

@@ -18,18 +18,18 @@ namespace retint {
 namespace {
 
 constexpr size_t kMiB = size_t{1} << 20;
-// Of the program's code, threads and what the allocator keeps between blocks.
+// Of the program's code, threads and the allocator's free space between blocks.
 constexpr size_t kProgramBytes = 64 * kMiB;
-constexpr double kFragments = 1.08;  // of all that is taken, over what was asked for
+constexpr double kFragments = 1.08;  // of all that is taken, over the requested sizes
 constexpr size_t kModel = 236;       // a Gaussian of degree 3 in the model or on the CPU backend
 constexpr size_t kNumberAndFlags = 60;
 constexpr size_t kCoefficients = 192;  // one copy of them
 // Copies for the report and the output, beside the model's.
 constexpr size_t kCopies = 2;
 // Beside a device: page-locked buffers of large copies (kernels/cuda/staged_copy.cuh), and as much
-// for what the driver loads when a kernel first runs.
+// for the code that the driver loads when a kernel first runs.
 constexpr size_t kBesideDevice = 128 * kMiB;
-// On the device: the model, and while a view is prepared or the report made what that takes.
+// On the device: the model, and the memory of preparing a view or of the report for that time.
 constexpr size_t kDeviceGaussian = 750;
 // The volumes in which stereo adds up its costs, five bytes a disparity
 // (kernels/cuda/stereo_match.cu), of 128 disparities.
@@ -68,13 +68,12 @@ size_t SurfaceBytes(const EditSize& size) {
   return std::min(kBatchBytes + surface, std::min(size.views, kBatchViews) * surface);
 }
 
-// What a stage takes of the host for a while: the one that takes most, and the view that it works
-// on.
+// Host memory that a stage takes for a while: of the largest stage and its current view.
 size_t WorkBytes(const EditSize& size, size_t projection) {
   const size_t of_active =
       size.on_device ? kCopiesBesideDevice * kCoefficients : FitBytes(size.refit);
   const size_t fit = Of(size.active, of_active);
-  // On the CPU, what the view that is worked on takes is more than the copy of a model.
+  // On the CPU, the current view takes more than the copy of a model.
   const size_t model = size.is_whole && size.on_device ? kModel : 0;
   const size_t report = size.active > 0 ? Of(size.gaussians, kCopies * kCoefficients + model) : 0;
   return Of(size.most_visible, size.on_device ? kVisibleBesideDevice : kVisible) +
@@ -91,7 +90,7 @@ size_t WithFragments(size_t bytes) {
   return static_cast<size_t>(kFragments * static_cast<double>(bytes));
 }
 
-// What may be asked for where so much may be taken.
+// The largest request within a limit.
 size_t WithoutFragments(size_t bytes) {
   return static_cast<size_t>(static_cast<double>(bytes) / kFragments);
 }
@@ -104,7 +103,7 @@ std::string Joined(const std::vector<std::string>& one_or_two) {
                                 : one_or_two[0] + " and " + one_or_two[1] + " are";
 }
 
-// Caches grow with a limit: what is enough has room for that.
+// Caches grow with a limit: a sufficient limit has room for that.
 [[noreturn]] void FailFit(const MemoryLimits& limits, const MemoryBytes& taken, size_t on_cpu,
                           size_t active) {
   const auto with_caches = [](size_t bytes) { return bytes / 3 * 4 + kMiB; };
@@ -239,8 +238,8 @@ size_t RegionCacheThatFits(const MemoryLimits& limits, EditSession& session, Reg
   MemoryBytes taken = FitBytesOf(size);
   taken.host += resident - (size.on_device ? 0 : session.scene().renderer().cached_bytes());
   taken.On(side) += cache;
-  // Estimates are up to 1.7 times what is used. The default of a device keeps the caches small, and
-  // refuses nothing that may fit.
+  // Estimates are up to 1.7 times the memory used. The default of a device keeps the caches small,
+  // and refuses nothing that may fit.
   const bool holds = taken.host <= limits.HostBytes() &&
                      (limits.device_bytes == 0 || taken.device <= limits.DeviceBytes());
   if (!holds) {

@@ -134,7 +134,7 @@ void WriteTargets(const std::filesystem::path& folder, EditSession& session, Tar
   const Pictures pictures = session.scene().pictures();
   const auto& all = pictures.all();
   const FloatArray after = session.refits().CurrentSh();
-  // What the refit aimed at in every view, then what it reached.
+  // The refit's target in every view, then its result.
   const auto make = [&](size_t i) -> std::function<void()> {
     const bool aim = i < all.size();
     const UserPicture& shown = all[i % all.size()];

@@ -358,7 +358,7 @@ void EditRun::Project(RegionPlan& plan, RegionOutcome& outcome, Monitor& monitor
                    [&](const fs::path& folder) { WriteProjected(folder, selection, monitor); });
     }
   }
-  // As it went: what was kept may have been damaged since.
+  // As it went: a kept entry may have been damaged since.
   for (EditStage& stage : SelectionStages(plan)) {
     stage.cached = stage.name == "select" ? plan.has_cloud : plan.has_masks;
     Tell(stage);
@@ -429,7 +429,7 @@ bool EditRun::UseFit(const RegionPlan& plan, RegionId id) {
 }
 
 void EditRun::Fit(const RegionPlan& plan, RegionId id, Monitor& monitor) {
-  // Once: the limit is part of each fit's key, and what is free differs from region to region.
+  // Once: the limit is part of each fit's key, and free memory differs from region to region.
   if (!std::exchange(is_limited_, true)) scene_.LimitRefit(id, &job_.options);
   EditStage stage = RefitStage(plan);
   stage.cached = UseFit(plan, id);
@@ -577,7 +577,7 @@ void EditRun::Write(const std::vector<std::string>& warnings, Monitor& monitor) 
   StagePictures(staged, monitor);
   StageReports(staged, warnings, monitor);
   monitor.Step("save", 1, 1);
-  // Writing it may fail, putting what is staged in place hardly does.
+  // Writing it may fail; moving staged files into place hardly does.
   if (!recipe_.outputs.session.empty()) {
     SessionWriter(recipe_.outputs.session).Write(TakeSnapshot(scene_.session()), monitor);
   }

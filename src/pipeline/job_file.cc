@@ -36,7 +36,7 @@ class JobReader {
   EditOptions Options(const Node& parent, EditOptions options, bool with_refit) const;
   RefineOptions Refine(const Node& node) const;
   void Scene(const Node& node, EditRecipe* job) const;
-  // Adds what is to be said to the job's warnings.
+  // Adds sentences for people to the job's warnings.
   RegionRecipe Region(const Node& node, EditRecipe& job) const;
   void Selection(const Node& node, RegionRecipe* region) const;
   ColorEdit Edit(const Node& node, std::vector<std::string>* warnings) const;
@@ -202,8 +202,8 @@ EditOutputs JobReader::Outputs(const Node& node) const {
   return outputs;
 }
 
-// No output takes the place of another or of what the job reads, but for the scene's own splat; and
-// a session has its folder for itself.
+// No output replaces another or an input of the job, apart from the scene's own splat. A session
+// has its folder for itself.
 void JobReader::CheckFiles(const EditRecipe& job, const Node& node) const {
   std::vector<NamedFile> written, read = {{"this job", job.file}};
   const auto add = [](std::vector<NamedFile>* files, const char* name, const fs::path& path) {

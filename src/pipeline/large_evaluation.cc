@@ -169,7 +169,7 @@ class Evaluator {
     return picture.photo ? pictures_.ToView(picture, view, found->second) : found->second;
   }
 
-  // What the edit wants to know of the selection, from the views that a session would look at.
+  // The edit's measurements of the selection, from the views that a session would look at.
   void MeasureColors() {
     if (job_.edit.NeedsMainColor()) {
       std::vector<const View*> shown;

@@ -22,13 +22,13 @@ constexpr double kMiB = 1024.0 * 1024.0;
 // A selection's box is that of its points and a little more, for Gaussians reach beyond them.
 constexpr float kBoxMargin = 0.1F;
 
-// Added to what is said to be enough: the program itself is not of one size from run to run.
+// Added to the limit that a message calls enough: the program's own size differs from run to run.
 constexpr size_t kSlack = size_t{8} << 20;
 
 // Of a session of a whole splat, beside its Gaussians.
 constexpr size_t kWholeBytes = size_t{136} << 20;
 
-// Of a build of an index: what is in memory already, and what threads and the allocator take.
+// Of a build of an index: the memory in use already, and that of threads and the allocator.
 size_t BesideIndex() {
   constexpr size_t kThreads = size_t{24} << 20;
   return ResidentBytes() + kThreads;
@@ -67,7 +67,7 @@ bool IsTooLarge(const fs::path& splat, const MemoryLimits& limits, size_t cache_
     const PlyFile file(splat);
     EditSize size;
     size.gaussians = size.most_visible = file.count();
-    size.active = 1;  // what a report takes counts
+    size.active = 1;  // the memory of a report counts
     size.on_device = limits.CacheSide() == MemorySide::kDevice;
     size.is_whole = true;
     MemoryBytes bytes{kWholeBytes + HostBytesOf(size), DeviceBytesOf(size)};
@@ -113,7 +113,7 @@ LargeScene::LargeScene(const fs::path& workspace, const fs::path& splat,
     StageClock index;
     const fs::path path = large_.index.empty() ? SplatIndex::PathFor(splat) : large_.index;
     SplatIndexOptions build;
-    // The least in any case: a limit below that is refused soon, with what the whole edit takes.
+    // The least in any case: a limit below that is refused soon, with the memory of the whole edit.
     build.memory_bytes = std::max(std::min(build.memory_bytes, RoomForIndex(large_.limits)),
                                   SplatIndex::LeastBytes(*file_, build));
     index_ = std::make_unique<SplatIndex>(

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int64_t kPiece = 1 << 18;  // Gaussians on a device at a time: 48 MiB of degree 3
 
-// What an edit does to Gaussians of a backend's memory, one after the other.
+// An edit of Gaussians in a backend's memory, one after the other.
 class ShEditor {
  public:
   ShEditor(Backend& backend, int num_coeffs, const ColorEdit& edit, double active_threshold)
@@ -107,7 +107,7 @@ void ApplyClosedForm(Backend& backend, std::span<float> sh, int num_coeffs,
 
 namespace {
 
-// Adds what a view sees of each Gaussian, inside its mask and altogether; its geometry.
+// Adds each Gaussian's weight in a view, inside its mask and altogether; its geometry.
 class MaskAdder {
  public:
   explicit MaskAdder(Renderer& renderer) : renderer_(renderer) {}

@@ -91,9 +91,8 @@ Eigen::Vector3d LinearOfChromaticity(const Eigen::Vector2d& uv) {
   return rgb_from_xyz * xyz;
 }
 
-// What a gray becomes when the light's color temperature and its distance from
-// the black bodies move away from D65; luminance stays. Channels are scaled in
-// linear light.
+// The color of a gray after the light's color temperature and its distance from the black bodies
+// move away from D65; luminance stays. Channels are scaled in linear light.
 Eigen::Matrix3f WhiteBalance(float temperature, float tint) {
   constexpr double kDaylight = 1e6 / 6504;  // D65, mired
   constexpr double kTintStep = 3e-4;        // in u, v
@@ -229,7 +228,7 @@ std::vector<float> GradientTable(std::span<const float> stops, int size) {
 std::vector<float> PaletteTable(std::span<const float> pairs) {
   constexpr float kLeast = 0.02f;     // lightness, so that black can be moved
   constexpr float kMostContrast = 2;  // lightness is spread by no more; the rest is added
-  // Where more would be needed, colors are taken towards what leaves white white, the more the
+  // If more would be needed, colors move towards the scale that leaves white white, the more the
   // darker the color was: in its light, everything else would become white too.
   const auto contrast = [&](float from, float to) {
     const float wanted = to / std::max(from, kLeast);

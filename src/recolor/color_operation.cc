@@ -41,7 +41,8 @@ constexpr ColorParameter kRecolor[] = {{"to", 3, 0, 0, 1, true, Form::kColor},
 constexpr ColorParameter kGradient[] = {{"stops", 64, 0, 0, 1, true, Form::kStops}};
 constexpr ColorParameter kPalette[] = {
     {"colors", kMostPairValues, kUnset, 0, 1, true, Form::kPairs}};
-// What a color map leaves unexplained: the median DeltaE00 of what it explains, and how much.
+// The errors of a color map: the median DeltaE00 of the pixels that it explains, and their
+// fraction.
 constexpr ColorParameter kPicture[] = {{"residual", 1, kUnset, 0, 1000},
                                        {"explained", 1, kUnset, 0, 1}};
 constexpr ColorParameter kSoftClip[] = {{"knee", 1, 0.8f, 0, 0.99f}};

@@ -196,11 +196,11 @@ Json LayerToJson(const PaintLayer& layer) {
           {"rgba", EncodeBase64(bytes)}};
 }
 
-// The pictures of an operation, to be compared with a scene, or what was found then.
+// The pictures of an operation, to be compared with a scene, or the result of that.
 void PictureFromJson(const Json& json, const std::string& where,
                      const std::filesystem::path& folder, ColorOperation& op) {
   auto picture = std::make_shared<PictureEdit>();
-  // Reports hold what was found without the map and the paint: the pictures are compared again.
+  // Reports hold the result without the map and the paint: the pictures are compared again.
   const bool compared = op.IsSet("explained") && json.contains("layers");
   if (!compared) std::fill(op.values.begin(), op.values.end(), kUnset);
   const auto list = [&](const char* key) {
@@ -370,7 +370,7 @@ ColorEdit EditOf(const Json& json, const std::filesystem::path& folder,
   return edit;
 }
 
-// A report's edit, or what is an edit itself.
+// A report's edit, or the object if it is an edit itself.
 Json EditIn(Json json) {
   if (!json.is_object() || json.contains("operations") || !json.contains("edit")) return json;
   if (json["edit"].is_object()) return json["edit"];

@@ -24,7 +24,7 @@ constexpr double kSpacing = 1.8;        // of parts, in their deviations
 constexpr double kReach = 2.7;          // deviations of a parent's middle that parts cover
 constexpr double kWhole = 1.3;          // an axis at most so many times the wanted size stays whole
 constexpr double kLeastOpacity = 0.05;  // of a Gaussian that is split
-constexpr double kLeastPart = 0.006;    // of a part: renderers leave out what is below 1 / 255
+constexpr double kLeastPart = 0.006;    // of a part: renderers leave out weights below 1 / 255
 constexpr double kMostOpacity = 0.99;   // as renderers have it
 constexpr double kRendererBlur = 0.5477;  // pixels: renderers widen a Gaussian by 0.3 px^2
 constexpr int kRounds = 40;
@@ -105,8 +105,8 @@ class Opacities {
             size_t(std::clamp(std::floor(middle + far) + 1, 0.0, last))};
   }
 
-  // Each part by the mean of how much more optical depth is wanted where it is, weighted by the
-  // light that comes through: what is opaque anyway does not matter.
+  // Each part by the mean of the optical depth that is missing at its place, weighted by the light
+  // that comes through: opaque places do not matter.
   void Update() {
     std::vector<double> wanted_sums(values_.size(), 0.0), sums = wanted_sums;
     const size_t width = x_.places.size();
@@ -435,7 +435,7 @@ Refinement RefineGaussians(Renderer& renderer, const GaussianModel& model,
   summary.psnr_split = PsnrInside(renderer, split, targets, monitor);
   std::vector<float> parts(finer.parents.size(), 0.0f);
   std::fill(parts.begin() + ptrdiff_t(finer.stayed), parts.end(), 1.0f);
-  // Everywhere: what a part changes beside the masks is to be as it was, too.
+  // Everywhere: beside the masks, too, a part must change nothing.
   std::map<std::pair<int, int>, Mask> whole;
   std::vector<RefitTarget> as_it_was = targets;
   for (RefitTarget& target : as_it_was) {

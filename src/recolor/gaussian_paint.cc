@@ -22,7 +22,7 @@ constexpr float kLeastAlpha = 1.0f / 255;
 // Of luminances that are compared: those of single dark Gaussians say little about the light.
 constexpr float kLeastLight = 0.05f;
 
-// What a layer paints on one Gaussian.
+// A layer's paint on one Gaussian.
 struct Share {
   PaintedGaussian painted;
   double weight;  // of the painted pixels
@@ -63,7 +63,7 @@ double WholeWeight(const GaussianModel& model, size_t g, const CameraParams& cam
                  : 0;
 }
 
-// Appends what a layer paints on the Gaussians that its view sees.
+// Appends a layer's paint on the Gaussians that its view sees.
 void AddLayer(Renderer& renderer, const GaussianModel& model, const PaintLayer& layer,
               const PosedCamera& camera, std::vector<Share>* shares) {
   Backend& backend = renderer.backend();
@@ -134,7 +134,7 @@ GaussianPaint FindGaussianPaint(Renderer& renderer, const GaussianModel& model,
 
 namespace {
 
-// What paint changes of one Gaussian's coefficients.
+// The change of one Gaussian's coefficients by paint.
 class OneChange {
  public:
   OneChange(const ColorEdit& edit, int num_coeffs)

@@ -12,7 +12,7 @@ namespace retint {
 namespace {
 
 constexpr const char* kSmallGain = "a sweep lowered the loss by less than the tolerance";
-constexpr int kSquaredSweeps = 5;  // after which what is to stay counts by its size, too
+constexpr int kSquaredSweeps = 5;  // after which changes outside also count by their size
 constexpr double kArmijo = 1e-4;   // of the promised decrease that a step must bring
 constexpr double kShortestStep = 1e-3;
 constexpr double kLongestStep = 4;  // beyond the trial, in steps to it
@@ -88,7 +88,7 @@ void MmSolver::BuildBlocks(Monitor& monitor) {
   const size_t k = size_t(views_.num_coeffs());
   factors_ = {};  // before new ones take memory
   factors_ = backend.Allocate<float>(count * k * (k + 1) / 2);
-  // Of the squares: what stays counts for more later, and is not pulled the harder for that.
+  // Of the squares: pixels that stay count for more later, but are not pulled harder for that.
   Buffer<float> weights = backend.Allocate<float>(count);
   if (weights_.empty()) weights_ = weights;
   ViewSum sum(views_, ViewSum::Kind::kBlocks);
@@ -255,7 +255,7 @@ bool MmSolver::Iterate(Monitor& monitor) {
   return iterations_ < limit_ || FinishChecked(false, "all sweeps done", monitor);
 }
 
-// Where no color is clamped the loss is a parabola along the direction and the gradient a line, so
+// If no color is clamped, the loss is a parabola along the direction and the gradient a line. So
 // both are known at the minimum without another look. Returns the loss there, or stays where it is.
 double MmSolver::GoToMinimum(double loss) {
   const double curvature = (slope_ - Dot(gradient_, direction_)) / length_;

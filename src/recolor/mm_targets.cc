@@ -22,7 +22,7 @@ float LargestChange(const CompiledEdit& edit, bool photos) {
     }
   } else {
     constexpr int kNodes = 13;        // a side
-    constexpr float kBetween = 1.1f;  // for what lies between them
+    constexpr float kBetween = 1.1f;  // for values between them
     for (int i = 0; i < kNodes * kNodes * kNodes; ++i) {
       const Eigen::Vector3f color = Eigen::Vector3f(float(i % kNodes), float(i / kNodes % kNodes),
                                                     float(i / (kNodes * kNodes))) *
@@ -66,7 +66,7 @@ std::unique_ptr<RegionView> MmTargets::Make(RefitViews& views, const ViewGeometr
   view->weights = views.backend().Allocate<uint8_t>(pixels);
   view->unit = unit_;
   // Rows that the region left out pass their weight on to the ones that stay.
-  // Weights are stored up to 1: the larger of the two kinds has what the rows leave of it.
+  // Weights are stored up to 1: the larger of the two kinds has the part that the rows leave of it.
   const float largest = float(region.pixel_row_step() / kMostRowsPerRow);
   const float inside = largest / std::max(outside_weight_, 1.0f);
   views.backend().refit().RegionTarget(region, {.render = views.scratch().images[0].data(),

@@ -17,7 +17,7 @@ namespace {
 constexpr double kDepthTolerance = 0.02;  // relative
 constexpr double kOwnPicture = 100;       // weight of a view's own picture beside others
 constexpr double kLeastCosine = 0.1;      // at which a painted view sees a surface
-constexpr double kSameSurface = 0.01;     // relative depth: what is farther apart is not
+constexpr double kSameSurface = 0.01;     // relative depth: surfaces that are farther apart are not
 constexpr int kRim = 2;                   // pixels from a selection's end
 // Of planes: the smaller side over the distance between the 5 x 5 pixels that one is fitted to, how
 // much these count by their squared distance, and how many are needed.
@@ -100,7 +100,7 @@ class ViewSurfaces {
         center_(view.Center()),
         step_(std::max(1, std::min(depth.width, depth.height) / kPixelsPerStep)) {}
 
-  // The depth of single Gaussians is too rough for a normal, and moves what is looked up by it.
+  // The depth of single Gaussians is too rough for a normal, and would move the look-up.
   std::optional<Surface> At(int x, int y) const {
     const double z = double(depth_(x, y));
     if (!(z > 0)) return std::nullopt;
@@ -128,7 +128,7 @@ class ViewSurfaces {
     return SurfaceOf(*plane, x, y);
   }
 
-  // Where the ray through a pixel position meets the surface's plane.
+  // The point at which the ray through a pixel position meets the surface's plane.
   std::optional<Eigen::Vector3d> OnPlane(const Surface& surface, double x, double y) const {
     const Eigen::Vector3d ray = view_.Unproject({x, y}, 1) - center_;
     const double along = surface.normal.dot(ray);
@@ -278,8 +278,8 @@ struct PaintCarrier::Carried {
   }
 };
 
-// A view that is to be painted, and what surfaces its masked pixels show: found once for all
-// layers, in the order of the pixels of each row.
+// A view that will be painted, and the surfaces of its masked pixels: found once for all layers, in
+// the order of the pixels of each row.
 struct PaintCarrier::Shown {
   const PosedCamera& view;
   const Image& render;
@@ -291,8 +291,8 @@ struct PaintCarrier::Shown {
       : view(camera),
         render(own.rgb),
         mask(inside),
-        // The median: where a surface lets one percent through, what lies a meter behind it would
-        // move the blended mean by a centimeter.
+        // The median: if a surface lets one percent through, a wall a meter behind it would move
+        // the blended mean by a centimeter.
         surfaces(camera, own.depth_median) {}
 
   void FindSurfaces() {
@@ -327,7 +327,7 @@ struct PaintCarrier::Source {
   }
 };
 
-// What the Gaussians that a view shows were painted with, by their weights.
+// The paint on the Gaussians that a view shows, by their weights.
 struct PaintCarrier::Blended {
   std::vector<float> pixels;  // [H, W, 4] color times cover, and cover
 
@@ -353,7 +353,7 @@ PaintCarrier::PaintCarrier(const ColorEdit& edit, std::vector<PosedCamera> camer
 
 PaintCarrier::~PaintCarrier() = default;
 
-// The painted views, and what they paint on the Gaussians.
+// The painted views, and their paint on the Gaussians.
 void PaintCarrier::Prepare(Renderer& renderer) {
   if (prepared_) return;
   std::vector<PosedCamera> cameras;
@@ -398,7 +398,7 @@ PaintCarrier::Blended PaintCarrier::BlendPaint(Renderer& renderer, const PosedCa
   return {backend.Download(image.data(), 4 * pixels)};
 }
 
-// What layer `k` paints on a view.
+// The paint of layer `k` paints on a view.
 void PaintCarrier::Carry(size_t k, const Shown& shown, Carried& carried) const {
   const Source& source = sources_[k];
   const PaintLayer& layer = edit_.picture()->layers[k];
@@ -412,7 +412,7 @@ void PaintCarrier::Carry(size_t k, const Shown& shown, Carried& carried) const {
     carried.here.data[p] = LightOf(&shown.render.data[3 * p]);
     carried.there.data[p] = there;
   };
-  // Takes what the painted view paints on a surface that the pixel shows.
+  // Takes the paint of the painted view on a surface that the pixel shows.
   const auto take = [&](int x, int y, const std::optional<Surface>& surface) {
     const auto at = surface ? source.camera.Project(surface->point) : std::nullopt;
     if (!at) return;

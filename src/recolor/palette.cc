@@ -17,7 +17,7 @@ namespace {
 constexpr size_t kMostSamples = 20000;
 constexpr int kStarts = 4;
 constexpr int kRounds = 40;
-constexpr float kSameColor = 1e-3f;  // squared distance of what no one tells apart
+constexpr float kSameColor = 1e-3f;  // squared distance of colors that nobody tells apart
 constexpr size_t kParts = 24;        // that the pixels are split into before these are merged
 
 constexpr double kRare = 0.02;  // of the points: fewer, such as a highlight's, are no main color
@@ -124,7 +124,7 @@ struct Part {
   double error = 0;  // sum of their squared distances from the center
 };
 
-// What is taken for one color so far.
+// The samples that count as one color so far.
 struct Group : Part {
   std::vector<Part> parts;
 };
@@ -183,11 +183,11 @@ Pairs PairsOf(const std::vector<Group>& groups) {
   return pairs;
 }
 
-// k-means splits the shades of one surface as soon as it has parts to spare, and an edit that tells
-// them apart would turn so suddenly that no fit follows it. So of many parts the two nearest become
-// one for as long as they are shades: near each other, and together no wider than a surface is, or
-// blends would chain orange to white. Then, while there are more than `most` or a rare one, it is
-// the two whose union raises the squared error least (Ward 1963).
+// k-means splits the shades of one surface as soon as it has parts to spare. An edit that tells
+// them apart would turn so suddenly that no fit follows it. So the two nearest of many parts become
+// one for as long as they are shades: near each other, and together no wider than a surface is.
+// Without that limit, blends would chain orange to white. Then, while there are more than `most` or
+// a rare one, it is the two whose union raises the squared error least (Ward 1963).
 std::vector<Point> MergedCenters(const std::vector<Point>& points, const Clusters& clusters,
                                  size_t most) {
   std::vector<Group> groups(clusters.centers.size());

@@ -26,7 +26,7 @@ float Shown(float value) { return std::clamp(value, 0.0f, 1.0f); }
 
 double Square(float value) { return double(value) * double(value); }
 
-// The edit, and what it would be if colors that no screen shows were left alone.
+// The edit, and its colors if those that no screen shows were left as they are.
 class ReportedEdit {
  public:
   explicit ReportedEdit(const ColorEdit& edit)
@@ -35,8 +35,8 @@ class ReportedEdit {
   // Colors, [*, 3], become f(color), not mixed by a mask.
   void Apply(std::vector<float>* colors) const { edit_.ApplyToAll(*colors); }
 
-  // How many of the colors, as a screen shows them, leave the gamut. `edited`: what Apply() made of
-  // them.
+  // How many of the colors, as a screen shows them, leave the gamut. `edited`: the colors after
+  // Apply().
   int64_t CountLeaving(const std::vector<float>& colors, const std::vector<float>& edited) const {
     // The edit costs more than all else that is done to a pixel: mostly once is enough.
     std::vector<float> others;
@@ -59,7 +59,7 @@ class ReportedEdit {
   bool clips_;
 };
 
-// A view before and after. Where a tile was not drawn, both are the same and nothing is masked.
+// A view before and after. If a tile was not drawn, both are the same and nothing is masked.
 struct Pair {
   std::span<const float> images;         // [H, W, 6]: before, after
   const std::vector<uint8_t>& is_drawn;  // [tiles of the view], row-major
@@ -67,7 +67,7 @@ struct Pair {
 
 size_t TilesOf(int pixels) { return size_t((pixels + kTileSize - 1) / kTileSize); }
 
-// What the pixels of one view are compared with.
+// The colors that the pixels of one view are compared with.
 struct Comparison {
   const RefitTarget& target;
   const Image* photo;  // the target's; or null
@@ -276,7 +276,7 @@ double Coverage(const Mask& mask) {
   return mask.data.empty() ? 0 : sum / (255.0 * double(mask.data.size()));
 }
 
-// Compares targets one after the other, by what a renderer makes of two sets of coefficients.
+// Compares targets one after the other, by renders of two sets of coefficients.
 class TargetMeter {
  public:
   TargetMeter(Renderer& renderer, std::span<const float> sh_before, std::span<const float> sh_after,

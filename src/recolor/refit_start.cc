@@ -11,7 +11,7 @@ namespace {
 
 // How much of the edit a Gaussian starts with that has a share `s` of its weight inside the masks:
 // s^2 / (s^2 + (1 - s)^2). With s itself, large and faint Gaussians would carry a part of the edit
-// far out, where sweeps take it back only slowly: it costs little per pixel, but in very many.
+// far out. Sweeps take it back only slowly there: it costs little per pixel, but in very many.
 // Inside, the others make up for it at once.
 std::vector<float> StartShares(std::span<const float> shares) {
   std::vector<float> starts;
@@ -20,9 +20,9 @@ std::vector<float> StartShares(std::span<const float> shares) {
   return starts;
 }
 
-// sh [active, K, 3] += the solution of one K x K least squares a Gaussian: the change of its
-// coefficients that brings its colors, in the views that see it, to the edited ones. A ridge keeps
-// what no view sees.
+// sh [active, K, 3] += the solution of one K x K least squares for each Gaussian. It is the change
+// of its coefficients that brings its colors, in the views that see it, to the edited ones. A ridge
+// keeps the directions that no view sees.
 void FitToViews(RefitViews& views, Buffer<float>& sh, Monitor& monitor) {
   constexpr float kRidge = 1e-3f;
   Backend& backend = views.backend();

@@ -13,12 +13,12 @@ namespace retint {
 namespace {
 
 constexpr int kTilePixels = kTileSize * kTileSize;
-// Of what a view may keep; the rest is for its targets.
+// Of the memory that a view may keep; the rest is for its targets.
 constexpr double kWeightsShare = 0.8;
 constexpr int64_t kGaussians = 1 << 16;  // a task
 
-// By the areas: what a view gets must not depend on what the others took, so that all backends fit
-// the same pixels.
+// By the areas: a view's part must not depend on the others', so that all backends fit the same
+// pixels.
 std::vector<size_t> SharesOfCache(const std::vector<double>& areas, size_t bytes) {
   double sum = 0;
   for (const double area : areas) sum += area;
@@ -126,7 +126,7 @@ void RefitViews::NumberActive(const std::vector<uint8_t>& seen) {
   slot_of_ = backend().Upload(std::span<const int32_t>(slot_of));
 }
 
-// As one process keeps them that meets one view after the other: what fits into what is left.
+// As one process keeps them that meets one view after the other: as long as they fit into the rest.
 void RefitViews::KeepViews(const std::vector<Found>& found, const std::vector<size_t>& budgets,
                            std::vector<std::shared_ptr<RegionView>>* prepared) {
   for (const auto& [t, tiles, bytes] : found) {

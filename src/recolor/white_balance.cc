@@ -11,7 +11,7 @@ namespace retint {
 
 namespace {
 
-constexpr float kGray = 0.01f;  // chroma in OKLab: half of what can be seen beside a gray
+constexpr float kGray = 0.01f;  // chroma in OKLab: half of the least that can be seen beside a gray
 
 std::string NotGray(const Eigen::Vector3f& rgb, const Eigen::Vector2f& found) {
   char text[160];

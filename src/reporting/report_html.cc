@@ -88,7 +88,7 @@ struct ViewPictures {
   Image8 before, after, mask;             // no mask: empty
 };
 
-// What became of a region's paint.
+// The paint of a region in its selection.
 struct RegionPaint {
   std::string region, verdict;
   std::vector<PaintedPicture> views;
@@ -108,7 +108,7 @@ std::map<std::string, WorstQuality> QualityByView(const RunReport& report) {
   return views;
 }
 
-// What any visible region selects in a view; empty: nothing.
+// The union of the visible regions' masks in a view; empty: nothing is selected.
 Mask UnionOfMasks(const RegionSet& regions, const std::string& name) {
   Mask all;
   for (const Region& region : regions.regions) {
@@ -123,7 +123,8 @@ Mask UnionOfMasks(const RegionSet& regions, const std::string& name) {
   return any ? all : Mask();
 }
 
-// Where a slider shows most of a change: half of the mask on either side, in percent of the width.
+// The place of a slider that shows most of a change: half of the mask on either side, in percent of
+// the width.
 int MiddleOf(const Mask& mask) {
   std::vector<size_t> columns(static_cast<size_t>(mask.width));
   size_t all = 0;

@@ -116,7 +116,7 @@ std::string ToJson(const ScoreReport& report) {
     }
     groups.push_back(std::move(json));
   }
-  // Names of files are bytes; what is no UTF-8 is replaced.
+  // Names of files are bytes; those that are no UTF-8 are replaced.
   return Json({{"groups", groups}, {"views", views}})
              .dump(2, ' ', false, Json::error_handler_t::replace) +
          "\n";

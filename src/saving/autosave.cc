@@ -176,7 +176,7 @@ void Autosave::Loop() {
 }
 
 std::vector<Recovery> FindRecoverable(const std::vector<fs::path>& sessions) {
-  // Where to look, and the start that a name must have.
+  // The folder to look in, and the start that a name must have.
   std::set<std::pair<fs::path, std::string>> places = {{AutosaveDataFolder(), ""}};
   for (const fs::path& session : sessions) {
     const fs::path path = Normal(session);

@@ -72,8 +72,8 @@ std::vector<float> ReadShares(const fs::path& path, size_t count) {
   return shares;
 }
 
-// Parts that were made of others, and can be again, do not keep a session from opening: what became
-// of one that cannot be read is a warning of the session.
+// Parts that were made of others, and can be again, do not keep a session from opening: if one
+// cannot be read, the session has a warning.
 class Reader {
  public:
   Reader(const fs::path& folder, EditSession& session, Monitor& monitor)

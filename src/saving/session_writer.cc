@@ -154,8 +154,8 @@ void RemoveUnused(const fs::path& folder, const std::set<std::string>& used) {
 }  // namespace
 
 struct SessionWriter::Impl {
-  // What stands on disk for a value of the session. The owner tells whether the address is still
-  // that value's.
+  // The part on disk of a value of the session. The owner tells whether the address is still that
+  // value's.
   struct Part {
     std::weak_ptr<const void> owner;
     std::string name;

@@ -113,7 +113,7 @@ std::string ReadValues(
   return "";
 }
 
-// The reason of ReadValues() with what becomes of it.
+// The reason of ReadValues() with its consequence.
 std::string WhyNot(const std::string& reason) {
   return reason.empty() ? "" : reason + ": the shares are computed anew from the masks";
 }

@@ -22,7 +22,7 @@
 namespace retint {
 namespace {
 
-// What is known of a painted view where nothing has a depth.
+// The result of a painted view in which nothing has a depth.
 PaintedPart WithoutDepth(const PaintedView& view, const SelectOptions& options,
                          const std::string& reason) {
   PaintedPart part;
@@ -35,8 +35,8 @@ PaintedPart WithoutDepth(const PaintedView& view, const SelectOptions& options,
   return part;
 }
 
-// The paint's box, with what the cloud and its registration look at beside it: `margin` pixels, and
-// what a matcher needs to see around a pixel.
+// The paint's box, with the margin that the cloud and its registration look at: `margin` pixels,
+// and the window of a matcher around a pixel.
 GridRect Around(const Mask& paint, int margin) {
   constexpr int kMatched = 32;
   int left = paint.width, right = 0, top = paint.height, bottom = 0;
@@ -154,7 +154,7 @@ SelectionResult SelectionPipeline::Select(const std::vector<PaintedView>& painte
     try {
       parts[i] = SelectOne(views[i], options, monitor);
     } catch (const NoDepthError& error) {
-      // Of a photo that takes several views, what shows no surface is left out.
+      // Of a photo that takes several views, pixels without a surface are left out.
       if (!WidePhotoOf(scene_.workspace(), views[i])) throw;
       parts[i] = WithoutDepth(views[i], options, error.what());
     }

@@ -24,7 +24,7 @@ Mask InsideBut(const Mask& mask, const Mask& other) {
   return result;
 }
 
-// Where the surface in a view's pixels shows the selected part of `changed`, 255.
+// The pixels of a view whose surface shows the selected part of `changed`, 255.
 Mask ShownIn(Backend& backend, const DepthMap& depth, const PosedCamera& camera,
              const std::vector<PaintedSurface>& changed, double tolerance) {
   const Evidence seen = LookUpPaint(backend, camera, depth, changed, tolerance, 0);
@@ -59,7 +59,7 @@ void DropSource(const std::string& name, SelectionCloud* cloud) {
   std::erase_if(cloud->points, [&](const SelectionPoint& p) { return p.source == source; });
 }
 
-// What came of earlier paint on the same picture, whole or on the views that show it.
+// The results of earlier paint on the same picture, whole or on the views that show it.
 void DropEarlier(const Workspace& workspace, const PaintedView& newest, SelectionSource* source) {
   std::vector<std::string> names = PaintedNames(workspace, newest);
   for (const std::string& name : names) {

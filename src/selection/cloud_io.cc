@@ -62,7 +62,7 @@ std::vector<std::string> SourcesOf(const PlyHeader& header) {
   return sources;
 }
 
-// Where a known property's value goes.
+// The place of a known property's value.
 struct Record {
   double x = 0, y = 0, z = 0, nx = 0, ny = 0, nz = 0, red = 0, green = 0, blue = 0;
   double footprint = 0, confidence = 1, coverage = 1, source = 0, px = 0, py = 0;
@@ -102,7 +102,7 @@ SelectionPoint ToPoint(const Record& record, uint64_t idx, bool own, size_t num_
   point.normal = Eigen::Vector3d(record.nx, record.ny, record.nz).cast<float>();
   if (!point.position.allFinite()) fail("position is NaN or infinite");
   if (!point.normal.allFinite()) fail("normal is NaN or infinite");
-  // A normal that is unit to rounding keeps its bits: what was written comes back as it was.
+  // A normal that is unit to rounding keeps its bits: a written cloud comes back as it was.
   const float length = point.normal.norm();
   if (length > 0 && std::abs(length - 1) > 1e-6F) point.normal /= length;
   const auto byte = [&](double v) {

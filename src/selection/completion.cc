@@ -24,12 +24,12 @@ constexpr std::string_view kStage = "completion";
 
 // Chosen on two captures, cape and flower, and kValley on objects on a table; docs/decisions/0003
 // says what else was tried.
-constexpr float kLeastWeight = 1e-6f;            // so that the graph never falls apart
-constexpr float kSmoothness = 1000;              // of the edges against one unit of color evidence
-constexpr double kValley = 4;                    // logarithm of what a valley takes away of an edge
-constexpr double kTrust = 10;                    // of full evidence
-constexpr double kKnownFraction = 0.5;           // of the visibility from which on evidence is full
-constexpr double kPaintedFraction = 0.25;        // of what a view sees, likewise
+constexpr float kLeastWeight = 1e-6f;   // so that the graph never falls apart
+constexpr float kSmoothness = 1000;     // of the edges against one unit of color evidence
+constexpr double kValley = 4;           // logarithm of the part that a valley takes away of an edge
+constexpr double kTrust = 10;           // of full evidence
+constexpr double kKnownFraction = 0.5;  // of the visibility from which on evidence is full
+constexpr double kPaintedFraction = 0.25;        // of the Gaussians that a view sees, likewise
 constexpr double kKnownPixels = 16;              // pixels from which on it is
 constexpr double kLogPrior = -1;                 // log odds of "inside" before the color is seen
 constexpr double kLogLimit = 6;                  // of the log odds by color
@@ -40,17 +40,18 @@ constexpr int kColorSamples = 2000;     // that a mixture is learned from
 constexpr double kColorSpread = 0.014;  // OKLab: no component of the colors gets narrower
 constexpr double kConnected = 1e-3;     // weight of an edge that connects
 constexpr double kAnchored = 0.2;       // of the painted ones' median trust
-constexpr float kReach = 5;             // radii of what was painted, from its middle
+constexpr float kReach = 5;             // radii of the painted part, from its middle
 constexpr double kWithinRadius = 0.9;   // of it; the rest may lie behind its rim
-// Solved shares below are outside, and above inside: what is merely likely must not be half edited.
+// Solved shares below are outside, and above inside: a merely likely Gaussian must not be half
+// edited.
 constexpr double kSurelyOutside = 0.4, kSurelyInside = 0.6;
-constexpr double kUnseenDoubt = 0.25;   // of what is inside without having been seen
+constexpr double kUnseenDoubt = 0.25;   // of Gaussians that are inside without having been seen
 constexpr double kLeastVisible = 1e-6;  // pixels
 constexpr int64_t kGrain = 4096;
 
 double Ratio(double part, double whole) { return whole > kLeastVisible ? part / whole : 0; }
 
-// What paint says of one Gaussian.
+// The evidence of paint for one Gaussian.
 struct Proof {
   double share = 0;  // m_g
   double known = 0;  // part of the visibility that is known, in [0, 1]
@@ -224,7 +225,7 @@ class Completer {
     SolveGraph(edges_, weights, terms, solved, monitor);
   }
 
-  // The edges stay on the device; what an edit says of the nodes goes there, and x comes back.
+  // The edges stay on the device; an edit's terms of the nodes go there, and x comes back.
   void SolveOnDevice(const std::vector<NodeTerm>& terms, std::vector<double>* solved,
                      Monitor& monitor) const {
     monitor.ThrowIfCancelled();
@@ -237,7 +238,7 @@ class Completer {
     SolveGraphOnDevice(edges, weights, terms, solved, *backend_);
   }
 
-  // The painted ones that paint knows well: a few pixels of what lies far behind may be taken to be
+  // The painted ones that paint knows well: a few pixels of a surface far behind may be taken to be
   // inside by mistake.
   std::vector<int> Anchors() const {
     std::vector<int> anchors = Members(true);
@@ -248,7 +249,7 @@ class Completer {
     return anchors;
   }
 
-  // About the painted ones: what lies beyond it is no part of the same thing.
+  // Around the painted ones: Gaussians beyond it are no part of the same thing.
   struct Ball {
     Eigen::Vector3f middle;
     float radius;
@@ -271,7 +272,8 @@ class Completer {
     return ball;
   }
 
-  // What no chain of selected neighbors within reach leads to from painted ones becomes outside.
+  // Gaussians that no chain of selected neighbors within reach leads to from painted ones become
+  // outside.
   void DropUnconnected(std::vector<Solved>* solved) const {
     constexpr double kHalf = 0.5;
     std::vector<uint8_t> reached(count_, 0);

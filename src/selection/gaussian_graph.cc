@@ -23,9 +23,9 @@ constexpr std::string_view kStage = "completion";
 
 // Chosen on two captures, cape and flower; docs/decisions/0003 says what else was tried.
 constexpr int kNeighbors = 16;
-constexpr double kColorSigma = 0.05;   // OKLab, lightness at half weight
-constexpr double kDistanceScale = 2;   // of the two extents
-constexpr double kBend = 0.8;          // what a right angle between flat Gaussians takes away
+constexpr double kColorSigma = 0.05;  // OKLab, lightness at half weight
+constexpr double kDistanceScale = 2;  // of the two extents
+constexpr double kBend = 0.8;  // the part that a right angle between flat Gaussians takes away
 constexpr double kLeastWeight = 1e-6;  // so that the graph never falls apart
 constexpr int64_t kGrain = 4096;
 

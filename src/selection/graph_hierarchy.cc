@@ -44,7 +44,7 @@ GraphMatrix::GraphMatrix(std::span<const size_t> begins, std::span<const int> ot
 }
 
 GraphHierarchy::GraphHierarchy(GraphMatrix finest) {
-  levels_.reserve(kMostLevels);  // what views a level stays
+  levels_.reserve(kMostLevels);  // the memory that a level views stays
   levels_.emplace_back().matrix = std::move(finest);
   while (levels_.size() < kMostLevels && levels_.back().matrix.size() > kFewNodes &&
          Aggregate(&levels_.back())) {
@@ -54,9 +54,9 @@ GraphHierarchy::GraphHierarchy(GraphMatrix finest) {
   }
 }
 
-// Greedy: a node none of whose strong neighbors is taken starts a part with all of them; what is
-// left joins the part of the strongest neighbor that has one. What trust alone decides is no part
-// of anything. False where that gives no much smaller graph.
+// Greedy: a node none of whose strong neighbors is taken starts a part with all of them; the rest
+// join the part of their strongest neighbor that has one. Nodes that only their trust decides are
+// no part of anything. False where that gives no much smaller graph.
 bool GraphHierarchy::Aggregate(Level* level) {
   const GraphMatrix& matrix = level->matrix;
   const size_t count = matrix.size();

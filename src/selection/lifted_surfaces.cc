@@ -24,7 +24,7 @@ constexpr float kOpaque = 0.5f;         // a pixel less opaque than this shows n
 constexpr float kLeastVisible = 1e-6f;  // pixels; below it no view really sees the Gaussian
 constexpr float kBehind = 0.3f;         // of a pixel's light that is left behind its surface
 constexpr double kDepthNoise = 0.03;    // relative
-// Every second row of pixels is lifted: what is found are means over many.
+// Every second row of pixels is lifted: the results are means over many.
 constexpr uint16_t kLiftedRows = 0x5555;
 // Of the residual: V, 1, h, h ln D, h (ln D)^2.
 constexpr int kChannels = 5;
@@ -61,7 +61,7 @@ ShrunkView Draw(Renderer& renderer, const PosedCamera& posed) {
   return view;
 }
 
-// What is lifted.
+// The values that are lifted.
 void FindResidual(ShrunkView* view) {
   const Camera& camera = view->posed.camera;
   const ScalarImage valleys =

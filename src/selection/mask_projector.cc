@@ -58,7 +58,7 @@ Mask Widened(const Mask& mask, int reach) {
   return wide;
 }
 
-// What the views share: the cloud and the painted views in backend memory, and images to draw to.
+// Shared by the views: the cloud and the painted views in backend memory, and images to draw to.
 class Projection {
  public:
   Projection(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
@@ -167,13 +167,13 @@ class Projection {
     return mask;
   }
 
-  // Adds what a view that is not painted says of the Gaussians; each of its pixels counts as
+  // Adds the evidence for the Gaussians of a view that is not painted; each of its pixels counts as
   // `weight`.
   void Lift(const PosedCamera& posed, const ViewSurface& surface, uint16_t pixel_rows,
             float weight) {
     DrawCloud(surface, pixel_rows, 0);
     const std::vector<PaintedImage> painted = PaintedAsSeenFrom(posed);
-    // A cloud alone says nothing of what lies outside it, so all of that counts as outside.
+    // A cloud says nothing of pixels outside it, so all of them count as outside.
     const double unknown = completes_ ? 0 : options_.unknown_weight;
     EvidenceParams evidence =
         LookUp(surface, painted, static_cast<float>(painted.empty() ? 1 : unknown));
@@ -359,7 +359,8 @@ class Projection {
     if (lifted_views_.IsFirst()) AddLifted(*surface.geometry);
   }
 
-  // What is seen in pixels that are not as close to the border of the paint as a hand may miss it.
+  // Gaussians seen in pixels that are not as close to the border of the paint as a hand may miss
+  // it.
   void LiftSurePaint(const ViewGeometry& view, const Painted& painted, const Mask& said) {
     const Mask& paint = *painted.paint;
     std::vector<float> sure = FarFromBorder(paint, PixelsOf(kSurePaint, paint)).data;
@@ -552,7 +553,7 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   const bool lifts = options.kind == ProjectorKind::kGaussians;
   const bool completes = graph && options.Completes() && !painted.empty();
   const std::vector<const View*>& all_masked = wanted.empty() ? views : wanted;
-  // Lifted from, but for what is painted and known already, or drawn on.
+  // Lifted from, unless they are painted and known already, or drawn on.
   struct Drawn {
     PosedCamera posed;
     const View* view;  // null: an added one

@@ -26,7 +26,7 @@ constexpr int kLeastPoints = 12;  // fewer usable points: identity
 // Points relatively further than this from the depth map are taken for occluded or wrong.
 constexpr double kMostRelativeDepth = 0.15;
 
-// What make(i), a std::optional<T>, gives for i in [0, count), in order; over threads.
+// The values of make(i), a std::optional<T>, for i in [0, count), in order; over threads.
 template <typename T, typename Make>
 std::vector<T> Collect(size_t count, const Make& make) {
   constexpr int64_t kPiece = 64;

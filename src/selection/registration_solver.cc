@@ -62,7 +62,7 @@ struct DepthPrior {
   }
 };
 
-// What is solved for, as Ceres has it, and the map that it stands for wherever Ceres evaluates.
+// The unknowns as Ceres has them, and the map that they stand for wherever Ceres evaluates.
 class Unknowns : public ceres::EvaluationCallback {
  public:
   explicit Unknowns(const RegistrationTransform& start) : transform_(start), map_(start) {

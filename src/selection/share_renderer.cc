@@ -22,7 +22,7 @@ constexpr int64_t kGrain = 16384;  // Gaussians
 // below the threshold to above it, nor back.
 std::vector<float> Votes(const std::vector<float>& shares, const ProjectorOptions& options,
                          const std::vector<float>& floating) {
-  constexpr float kRamp = 0.1f;  // to both sides of what is called floating
+  constexpr float kRamp = 0.1f;  // to both sides of the floating ones' threshold
   const auto neutral = float(options.share_threshold);
   std::vector<float> votes(shares.size());
   ParallelRanges(int64_t(votes.size()), kGrain, [&](int64_t first, int64_t last) {

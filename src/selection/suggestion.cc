@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::string_view kStage = "suggestion";
 constexpr double kKnownFraction = 0.5;  // of the visibility from which on a Gaussian is settled
-constexpr double kLeastDoubt = 0.01;    // pixels; what is less is left out
+constexpr double kLeastDoubt = 0.01;    // pixels; less is left out
 
 // A Gaussian that is not certain.
 struct Doubt {
@@ -192,7 +192,7 @@ std::optional<PaintAdvice> AdvisePaint(Renderer& renderer, const Reconstruction&
                                        std::span<const float> visible, Monitor& monitor) {
   constexpr float kTouches = 0.05F;  // RefitOptions::active_threshold
   constexpr float kUndecided = 0.5F;
-  constexpr double kLeast = 0.05;  // of what touches the selection
+  constexpr double kLeast = 0.05;  // of the Gaussians that touch the selection
   constexpr size_t kMostGroups = 12;
   std::vector<float> sure(confidence.begin(), confidence.end());
   double touched = 0, uncertain = 0;

@@ -146,7 +146,7 @@ class SurfaceDrawer {
     return batch;
   }
 
-  // Finds the corrections of what was drawn and waited for.
+  // Finds the corrections of the views that were drawn and waited for.
   void Fit(SurfaceBatch* batch) {
     if (batch->surfaces.empty()) return;
     const auto* samples = static_cast<const double*>(batch->arrival->Wait());
@@ -161,7 +161,7 @@ class SurfaceDrawer {
     });
   }
 
-  // Queues the corrections, and what is done with the surfaces.
+  // Queues the corrections, and the work on the surfaces.
   void Finish(SurfaceBatch batch, const std::function<void(size_t, ViewSurface)>& visit) {
     for (size_t i = 0; i < batch.surfaces.size(); ++i) {
       ViewSurface& surface = batch.surfaces[i];
@@ -227,7 +227,7 @@ void RenderSurfaces(Renderer& renderer, const Reconstruction& reconstruction,
     if (drawn.arrival) drawn.arrival->Wait();  // here, where a device has work for meanwhile
     SurfaceBatch next = drawer.Draw();
     drawer.Finish(std::move(fitted), visit);
-    if (next.surfaces.empty()) next = drawer.Draw();  // into the memory of what was finished
+    if (next.surfaces.empty()) next = drawer.Draw();  // into the memory of a finished one
     drawer.Fit(&drawn);
     fitted = std::move(drawn);
     drawn = std::move(next);

@@ -19,7 +19,7 @@ constexpr double kNarrow = 15 * kDegree + 1e-9;  // such a gap needs no view; bu
 constexpr double kOpen = 180 * kDegree;          // such a gap is a side that nobody looked from
 constexpr double kUpright = 0.3;  // length of the mean vertical below which there is none
 
-// Where a camera stands, seen from the middle.
+// The direction of a camera, seen from the middle.
 struct Place {
   double around, height;  // angles
   double log_distance;

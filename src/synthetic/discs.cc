@@ -20,8 +20,9 @@ constexpr double kRodStretch = 1.35;  // of beads along their rod, which smooths
 constexpr double kRodSigma = 0.68;    // of beads on rods, in the rod's radius
 
 constexpr int kRounds = 4;
-constexpr double kOpaque = 1.42;  // standard deviations within which a disc hides what is behind it
-constexpr double kStep = 0.25;    // pixels, of the walk to the outline
+constexpr double kOpaque =
+    1.42;  // standard deviations within which a disc hides the things behind it
+constexpr double kStep = 0.25;  // pixels, of the walk to the outline
 constexpr double kLeastForeshortening = 0.4;
 constexpr double kLeastSigma = 0.2;   // pixels
 constexpr double kLeastShare = 0.75;  // of a disc's size, in a round and in all
@@ -133,7 +134,7 @@ std::optional<Disc> MakeDisc(const World& world, const std::vector<TracedView>& 
   disc.point = disc.surface = ray.At(disc.hit.t);
   disc.normal = disc.hit.normal;
   disc.axis = disc.normal.unitOrthogonal();
-  // Where color is flat, overlap costs nothing and closes the gaps.
+  // In flat color, overlap costs nothing and closes the gaps.
   disc.wanted = seed.radius * (0.85 + 0.40 * Smooth(1.2, 3, seed.pixels));
   disc.sigma[0] = disc.sigma[1] = disc.wanted;
   disc.pixel = seed.radius / seed.pixels;
@@ -172,7 +173,7 @@ std::optional<Disc> MakeFiller(const World& world, const Disc& disc) {
 struct Silhouettes::Sight {
   size_t view;
   Vec2 scale[3];
-  double per_meter;  // pixels, of what is parallel to the image
+  double per_meter;  // pixels, of discs parallel to the image
 };
 
 Silhouettes::Silhouettes(const World& world, const std::vector<TracedView>& views)
@@ -238,7 +239,7 @@ std::array<double, 2> Silhouettes::Walk(const Sight& sight, const Vec2& at, int 
   return room;
 }
 
-// What the views ask of a disc along one axis.
+// The limits of the views for a disc along one axis.
 struct Silhouettes::Demand {
   double lack[2] = {0, 0};  // meters that the room is short of, forwards and backwards
   double fitting;           // the largest standard deviation that fits between two outlines

@@ -18,12 +18,12 @@ namespace {
 constexpr int kMaxRing = 18;             // pixels
 constexpr double kRadiusPerRing = 0.42;  // a disc's radius per distance to the nearest change
 constexpr double kMinRadius = 1.6;       // pixels between neighbors where texture is finest
-constexpr double kFineRadius = 1.25;     // the same on what is there to be selected
+constexpr double kFineRadius = 1.25;     // the same on objects that are meant to be selected
 constexpr float kFlatColor = 0.055f;     // largest change of color that one disc may cover
 constexpr float kFlatNormal = 0.985f;    // cosine of the largest change of normal
 constexpr double kOpacity = 0.96;
-constexpr double kShingle = 1.0;  // offset of what is seen of a disc, in its standard deviations
-constexpr double kRidge = 0.02;   // per view, on the higher SH degrees of matt surfaces
+constexpr double kShingle = 1.0;      // offset of a disc's visible part, in its standard deviations
+constexpr double kRidge = 0.02;       // per view, on the higher SH degrees of matt surfaces
 constexpr double kLevelRatio = 1.25;  // between levels of world radius
 
 // How large a disc a pixel allows: by the distance to where its part's color or normal changes or
@@ -88,7 +88,7 @@ std::vector<std::vector<Seed>> CollectSeeds(const World& world,
   ParallelTasks(int64_t(views.size()), [&](size_t v) {
     const TracedView& view = views[v];
     const RadiusFinder finder(world, view);
-    // Where discs are large, few candidates will do; most views only fill what others miss.
+    // For large discs few candidates will do; most views only fill gaps of others.
     const double density = view.padding > 0 ? 7 : 0.8;
     auto& out = of_view[v];
     out.resize(world.parts.size());
@@ -173,8 +173,8 @@ std::vector<Seed> Thin(std::vector<Seed> seeds) {
   return kept;
 }
 
-// Where a disc shows in a view. Neighbors on its near side cover it, it covers those on its far
-// side: what is seen of it lies off its center, towards larger depth.
+// The place of a disc in a view. Neighbors on its near side cover it, it covers those on its far
+// side: its visible part lies off its center, towards larger depth.
 std::optional<Vec2> VisibleSpot(const TracedView& view, const Disc& disc) {
   auto spot = Sees(view, disc.part, disc.surface);
   if (!spot) return spot;

@@ -217,7 +217,7 @@ LightGrid<Vec3> Lighting::MakeReflection(int material) const {
     const double theta = kPi * (j + 0.5) / map.nv;
     for (int i = 0; i < map.nu; ++i) {
       const double phi = 2 * kPi * (i + 0.5) / map.nu;
-      // What surrounds the object, seen from its middle and through itself.
+      // The surroundings of the object, seen from its middle and through itself.
       const Ray ray = {
           bounds.center(),
           {std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi)}};

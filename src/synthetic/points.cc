@@ -86,8 +86,8 @@ struct Sighting {
   Vec2 xy;
 };
 
-// Gauss-Newton on the reprojection error from the true point: what bundle adjustment with known
-// cameras ends at.
+// Gauss-Newton on the reprojection error from the true point: the result of bundle adjustment with
+// known cameras.
 Vec3 Triangulate(const std::vector<TracedView>& views, const std::vector<Sighting>& sightings,
                  Vec3 point) {
   for (int round = 0; round < 4; ++round) {

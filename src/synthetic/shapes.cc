@@ -23,7 +23,7 @@ bool SolveQuadratic(double a, double b, double c, double (&t)[2]) {
   return true;
 }
 
-// Where a line o + t d meets a sphere about the origin.
+// The point at which a line o + t d meets a sphere about the origin.
 bool MeetSphere(const Vec3& o, const Vec3& d, double radius, double (&t)[2]) {
   return SolveQuadratic(d.squaredNorm(), o.dot(d), o.squaredNorm() - radius * radius, t);
 }

@@ -21,7 +21,7 @@ using namespace synthetic;
 namespace {
 
 // The pictures that a scene is made from, all of which are kept until its Gaussians are there, and
-// what a pixel of them takes with the candidates for Gaussians.
+// the memory of a pixel of them with the candidates for Gaussians.
 constexpr double kMostMegapixels = 200;
 constexpr double kBytesPerPixel = 75;
 

@@ -45,7 +45,7 @@ void TakeMeans(std::array<cv::Mat, N>* planes, int radius) {
   });
 }
 
-// What all mattes of one guide share: its mean and the inverse of its covariance in every window.
+// Shared by all mattes of one guide: its mean and the inverse of its covariance in every window.
 class GuideWindows {
  public:
   // Only where `used` is not 0.
@@ -148,7 +148,7 @@ cv::Mat UsedOf(const Mask& wanted, int width, int height, int radius) {
   return used;
 }
 
-// Where the middle of a pixel lies among the middles of `to` others on the same length.
+// The position of a pixel's middle among the middles of `to` others on the same length.
 struct Between {
   int first, second;
   float part;  // of the second

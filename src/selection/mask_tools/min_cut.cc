@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include <opencv2/core.hpp>
-// What OpenCV's GrabCut uses; it needs the two above.
+// The graph of OpenCV's GrabCut; it needs the two above.
 #include <opencv2/imgproc/detail/gcgraph.hpp>
 
 namespace retint {

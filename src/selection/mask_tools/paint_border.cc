@@ -96,7 +96,7 @@ cv::Mat GrownToEdge(const PixelArray<float, 4>& features, int top, const cv::Mat
 // The same of all rows, in strips side by side, into `part` of `found`.
 void GrownToEdge(const PixelArray<float, 4>& features, const cv::Mat& shape, const cv::Mat& grown,
                  int reach, float stronger, const GridRect& part, Mask* found) {
-  const int strip = 4 * reach, margin = reach + 4;  // what the filters above look at
+  const int strip = 4 * reach, margin = reach + 4;  // the pixels that the filters above look at
   ParallelTasks((shape.rows + strip - 1) / strip, [&](int64_t i) {
     const int first = int(i) * strip, last = std::min(shape.rows, first + strip);
     const int top = std::max(0, first - margin);

@@ -16,12 +16,13 @@ namespace {
 
 constexpr double kSmoothness = 10;  // of a border between neighbors alike, in log odds
 constexpr double kLeastWeight = 0.01;
-constexpr double kValley = 3;       // logarithm of what a valley takes away of it
+constexpr double kValley = 3;       // logarithm of the part that a valley takes away of it
 constexpr double kStepCost = 0.01;  // of a pixel's width, in the distance along surfaces
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// A queue by distance (Dial 1969). Every step is longer than a bucket is wide, so that what is in
-// the first bucket that is not empty has its final distance, and nothing is added to that bucket.
+// A queue by distance (Dial 1969). Every step is longer than a bucket is wide, so that entries of
+// the first bucket that is not empty have their final distance, and nothing is added to that
+// bucket.
 class Buckets {
  public:
   struct Entry {

@@ -22,7 +22,7 @@ namespace {
 constexpr double kNoEdge = 0.43, kAcross = 0.43, kFlat = 0.14;
 constexpr double kLeastCost = 1e-3;
 constexpr double kStrong = 200;  // the Sobel gradient of 8-bit values from which on none is flat
-// How far a piece may lie beside its straight line, and what a step costs more there.
+// How far a piece may lie beside its straight line, and the extra cost of a step there.
 constexpr double kReach = 1 / 3.0, kLeastReach = 8;  // of the line's length; pixels
 constexpr double kAside = 0.2;
 

@@ -96,9 +96,8 @@ Mixture::Values LitOrInShadow(const Mixture& mixture, const Mixture::Points& at)
   return largest;
 }
 
-// Log odds of "inside" of each free pixel by what it looks like, with mixtures that are learned
-// from the pixels that `take` names. Shadows lie on what is outside: a thing's own shaded side has
-// its hue.
+// Log odds of "inside" of each free pixel by its color, with mixtures that are learned from the
+// pixels that `take` names. Shadows lie on things outside: a thing's own shaded side has its hue.
 std::vector<float> LooksOdds(const Features4& features, const std::vector<int>& free,
                              const std::function<bool(size_t, Seed)>& take) {
   Mixture in, out;
@@ -148,7 +147,7 @@ Solution SolveSeeds(const Features4& features, const PixelGraph& graph,
     monitor.ThrowIfCancelled();
     const auto take = [&](size_t p, Seed kind) {
       if (seeds[p] != Seed::kNone) return seeds[p] == kind;
-      // First, what a stroke outside does not touch may still look like the border.
+      // First, parts that no stroke outside touches may still look like the border.
       if (round == 0) return kind == Seed::kOutside && IsBorder(features, p);
       return inside[p] == (kind == Seed::kInside ? 1 : 0);
     };
@@ -205,7 +204,7 @@ void DropUnconnected(const std::vector<Seed>& seeds, ScalarImage* values) {
 }
 
 // Valleys part the picture into surfaces. Of one that holds no stroke inside and is outside for the
-// most part all becomes outside: what was inside of it has the color of the strokes, no more.
+// most part all becomes outside: its inside pixels only have the color of the strokes.
 void DropPatches(const ScalarImage& valleys, const std::vector<Seed>& seeds, ScalarImage* values) {
   constexpr float kSure = 0.5f;  // of a valley
   cv::Mat is_surface(valleys.height, valleys.width, CV_8U), surfaces;
@@ -261,7 +260,8 @@ std::vector<Seed> SmallSeeds(const std::vector<Seed>& seeds, int width, int heig
   return small;
 }
 
-// Where a thing ends before another; `features` are scaled and not of the view's own size.
+// The edges at which a thing ends before another; `features` are scaled and not of the view's own
+// size.
 ScalarImage Valleys(const Features4& features, double focal) {
   ScalarImage inverse_depth(features.width, features.height);
   for (size_t p = 0; p < inverse_depth.data.size(); ++p) {
@@ -271,7 +271,8 @@ ScalarImage Valleys(const Features4& features, double focal) {
   return SurfaceValleys(inverse_depth, focal);
 }
 
-// 255 of what is doubtful, or inside and not connected, at the size of `seeds`; strokes are not.
+// 255 in pixels that are doubtful, or inside and not connected, at the size of `seeds`; strokes are
+// not.
 Mask Undecided(const Solution& solution, const ScalarImage& connected,
                const std::vector<Seed>& seeds, int width, int height) {
   Mask undecided(width, height);
@@ -339,7 +340,7 @@ cv::Mat InsideOf(const Mask& mask) {
   return inside;
 }
 
-// What lies farther than `radius` from the border of `mask` is given.
+// Pixels farther than `radius` from the border of `mask` is given.
 std::vector<Seed> SeedsBesideBand(const Mask& mask, int radius) {
   // Distances to the border from both sides.
   const cv::Mat in = InsideOf(mask);
@@ -348,7 +349,7 @@ std::vector<Seed> SeedsBesideBand(const Mask& mask, int radius) {
     cv::distanceTransform(which == 0 ? in : cv::Mat(255 - in), which == 0 ? depth_in : depth_out,
                           cv::DIST_L2, cv::DIST_MASK_5);
   });
-  // What is thinner than the band keeps its middle.
+  // A part thinner than the band keeps its middle.
   double deepest = 0;
   cv::minMaxLoc(depth_in, nullptr, &deepest);
   const double band_in = std::min(double(radius), 0.5 * deepest);

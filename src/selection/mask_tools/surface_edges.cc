@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::array<std::pair<int, int>, 4> kDirections = {{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
 constexpr std::array<int, 3> kSteps = {1, 2, 3};  // pixels
-constexpr double kNoise = 4;                      // times what is usual
+constexpr double kNoise = 4;                      // times the usual slope
 constexpr double kSlope = 1;
 constexpr float kFar = 0.1f;  // of the median inverse depth: beyond, changes count as there
 
