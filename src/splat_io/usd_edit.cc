@@ -133,7 +133,10 @@ class ArrayEdit {
 
 bool EditUsdLayer(const UsdSplats& splats, const GaussianModel& was, const GaussianModel& model,
                   const std::filesystem::path& path, std::string& bytes) {
-  if (was.NumGaussians() != model.NumGaussians() || was.sh_degree != model.sh_degree) return false;
+  if (was.NumGaussians() != model.NumGaussians() || was.sh_degree != model.sh_degree ||
+      was.traits.color_space != model.traits.color_space) {
+    return false;
+  }
   std::vector<ArrayEdit> edits;
   size_t first = 0;
   for (const UsdSplat& splat : splats.splats()) {

@@ -49,6 +49,20 @@ uint16_t FloatToHalf(float value) {
   return static_cast<uint16_t>(sign | (steps + (static_cast<uint32_t>(exponent + 14) << 10)));
 }
 
+namespace {
+
+// The attribute's own, or that of the nearest prim that has one (UsdColorSpaceAPI).
+std::string ColorSpaceOf(const UsdStage& stage, const UsdPrim& prim, const UsdValue* colors) {
+  if (colors && !colors->color_space.empty()) return colors->color_space;
+  for (const UsdPrim* at = &prim;; at = &stage.prims[static_cast<size_t>(at->parent)]) {
+    const auto found = at->attributes.find("colorSpace:name");
+    if (found != at->attributes.end() && !found->second.text.empty()) return found->second.text;
+    if (at->parent < 0) return {};
+  }
+}
+
+}  // namespace
+
 void UsdSplats::Fail(const std::string& fault) const { throw InputError(path_, fault); }
 
 UsdSplats::UsdSplats(const UsdStage& stage, const std::filesystem::path& path)
@@ -109,6 +123,8 @@ void UsdSplats::Add(const UsdPrim& prim) {
     Fail("prim " + Printable(prim.name.substr(0, 80)) +
          " is stretched, sheared or mirrored, which is not supported");
   }
+  splat.color_space =
+      ColorSpaceOf(stage_, prim, splat.arrays[static_cast<size_t>(UsdArray::kColors)]);
   // An identity stays one, to the bit.
   splat.frame_from_prim = matrix.isIdentity(0) ? Sim3d{} : *placed;
   splats_.push_back(std::move(splat));
@@ -197,6 +213,12 @@ void UsdSplats::AddNotes(GaussianModel& model) const {
   note_if(stage_.variants, "variants of the stage are not used");
   note_if(!stage_.meters_per_unit, "the stage has no metersPerUnit: a unit is taken as it is");
   for (const UsdSplat& splat : splats_) {
+    const std::optional<ColorSpace> space = ColorSpaceNamed(
+        splat.color_space.empty() ? NameOf(ColorSpace::kSrgbDisplay) : splat.color_space);
+    if (&splat == &splats_[0]) model.traits.color_space = space.value_or(ColorSpace::kSrgbDisplay);
+    note_if(!space, "the colors' space is unknown to Retint: they are used as they are");
+    note_if(space && *space != model.traits.color_space,
+            "prims have colors in different spaces: all are taken as those of the first one");
     note_if(splat.degree > kMostDegree, "spherical harmonics above degree 3 are not used");
     const auto hint = splat.prim->attributes.find("projectionModeHint");
     note_if(hint != splat.prim->attributes.end() && hint->second.text == "tangential",

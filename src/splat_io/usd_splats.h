@@ -22,8 +22,9 @@ struct UsdSplat {
   std::string names[kUsdArrays];            // of the attribute, with h for halves
   const UsdValue* arrays[kUsdArrays] = {};  // nullptr where it is missing: it has its fallback
   size_t count = 0;
-  int degree = 0;         // of the file; up to 3 are used
-  Sim3d frame_from_prim;  // right-up-back
+  int degree = 0;           // of the file; up to 3 are used
+  std::string color_space;  // empty: nothing says it
+  Sim3d frame_from_prim;    // right-up-back
 };
 
 class UsdSplats {

@@ -28,6 +28,7 @@ struct UsdValue {
   std::vector<double> numbers;      // of everything small: 1, 3, 4 or 16 of them
   UnsetVector<float> floats;        // of an array of the splat's: [count, components]
   size_t components = 0;            // of an element of an array
+  std::string color_space;          // the attribute's own
   bool animated = false;            // has time samples or a spline
   UsdStorage storage = UsdStorage::kOther;
   uint64_t begin = 0, end = 0;  // bytes of the elements in the layer; of text, between the brackets

@@ -306,9 +306,15 @@ class LayerReader {
     const bool is_array = scan_.Take('[');
     if (is_array) scan_.Expect(']');
     const std::string_view type = word, name = scan_.Word();
-    if (scan_.Take('=')) Value(stage_.prims[static_cast<size_t>(prim)], type, name, is_array);
+    UsdPrim& owner = stage_.prims[static_cast<size_t>(prim)];
+    if (scan_.Take('=')) Value(owner, type, name, is_array);
     if (scan_.Take('(')) {
-      Metadata([](std::string_view) { return false; });
+      const auto kept = owner.attributes.find(name);
+      Metadata([&](std::string_view field) {
+        if (field != "colorSpace" || kept == owner.attributes.end()) return false;
+        kept->second.color_space = scan_.String();
+        return true;
+      });
     }
   }
 

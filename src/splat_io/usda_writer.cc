@@ -62,7 +62,9 @@ void WriteUsda(const GaussianModel& model, Monitor& monitor,
   std::string text = "#usda 1.0\n(\n    defaultPrim = \"";
   text.append(kUsdSplatName).append("\"\n    doc = \"Retint\"\n    metersPerUnit = 1\n");
   text.append("    upAxis = \"Y\"\n)\n\ndef ").append(kUsdSplatType).append(" \"");
-  text.append(kUsdSplatName).append("\"\n{\n    float3[] extent = [");
+  text.append(kUsdSplatName).append("\" (\n    prepend apiSchemas = [\"ColorSpaceAPI\"]\n)\n{\n");
+  text.append("    uniform token colorSpace:name = \"").append(NameOf(model.traits.color_space));
+  text.append("\"\n    float3[] extent = [");
   const auto corners = UsdExtent(model);
   AppendUsdaElement(corners[0], text);
   text += ", ";

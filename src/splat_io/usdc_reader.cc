@@ -307,6 +307,8 @@ class CrateReader {
           SetValue(value, UsdArrayComponents(node.name), rep);
         } else if (name == "timeSamples" || name == "spline") {
           value.animated = true;
+        } else if (name == "colorSpace") {
+          value.color_space = Text(rep);
         }
       });
     }

@@ -30,6 +30,7 @@ enum class CrateType : uint8_t {
   kVec3d = 23,
   kVec3f = 24,
   kVec3h = 25,
+  kTokenListOp = 32,
   kTokenVector = 41,
   kSpecifier = 42,
   kVariability = 44,

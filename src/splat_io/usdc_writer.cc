@@ -191,8 +191,19 @@ std::string AddSpecs(const GaussianModel& model, const std::vector<ArrayOfFile>&
     lists.resize((lists.size() + 7) / 8 * 8);
     return static_cast<uint64_t>(CrateType::kTokenVector) << 48 | at;
   };
-  const std::pair<const char*, const char*> hints[] = {{"projectionModeHint", "perspective"},
-                                                       {"sortingModeHint", "zDepth"}};
+  const std::pair<const char*, std::string> hints[] = {
+      {"colorSpace:name", std::string(NameOf(model.traits.color_space))},
+      {"projectionModeHint", "perspective"},
+      {"sortingModeHint", "zDepth"}};
+  // A list edit that only prepends.
+  const auto prepended = [&](const std::string& name) {
+    const uint64_t at = values + lists.size();
+    lists += static_cast<char>(1 << 5);
+    Append(lists, uint64_t{1});
+    Append(lists, tables.Token(name));
+    lists.resize((lists.size() + 7) / 8 * 8);
+    return static_cast<uint64_t>(CrateType::kTokenListOp) << 48 | at;
+  };
   constexpr const char* kDegree = "radiance:sphericalHarmonicsDegree";
   std::vector<std::string> properties;
   for (const ArrayOfFile& array : arrays) properties.push_back(array.name);
@@ -207,6 +218,7 @@ std::string AddSpecs(const GaussianModel& model, const std::vector<ArrayOfFile>&
   tables.AddSpec(CrateSpec::kPrim, kUsdSplatName, -1,
                  {{"specifier", Tables::Inlined(CrateType::kSpecifier, 0)},
                   {"typeName", tables.TokenRep(std::string(kUsdSplatType))},
+                  {"apiSchemas", prepended("ColorSpaceAPI")},
                   {"properties", list(properties)}});
   const auto inlined_int = [](int value) {
     return Tables::Inlined(CrateType::kInt, static_cast<uint32_t>(value));
@@ -227,7 +239,7 @@ std::string AddSpecs(const GaussianModel& model, const std::vector<ArrayOfFile>&
                   {"variability", uniform},
                   {"default", inlined_int(model.sh_degree)}});
   for (const auto& [name, value] : hints) {
-    tables.AddSpec(CrateSpec::kAttribute, name, &name == &hints[1].first ? -2 : 0,
+    tables.AddSpec(CrateSpec::kAttribute, name, &value == &hints[2].second ? -2 : 0,
                    {{"typeName", tables.TokenRep("token")},
                     {"variability", uniform},
                     {"default", tables.TokenRep(value)}});

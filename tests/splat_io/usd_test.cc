@@ -183,6 +183,30 @@ TEST_F(UsdTest, HalvesAndFallbacksAreRead) {
   EXPECT_GT(bare.opacity_logits[1], 10);
 }
 
+TEST_F(UsdTest, ColorSpacesAreKept) {
+  const auto read = [&](const std::string& above, const std::string& of_attribute) {
+    return Read(Stage("metersPerUnit = 1", above,
+                      Replaced(kOne, "elementSize = 4", "elementSize = 4 " + of_attribute)));
+  };
+  EXPECT_EQ(read("", "").traits.color_space, ColorSpace::kSrgbDisplay);
+  const std::string linear = "uniform token colorSpace:name = \"lin_rec709_scene\"";
+  EXPECT_EQ(read(linear, "").traits.color_space, ColorSpace::kLinearScene);
+  EXPECT_EQ(read(linear, "colorSpace = \"lin_rec709_display\"").traits.color_space,
+            ColorSpace::kLinearDisplay);
+  EXPECT_THAT(read("", "colorSpace = \"lin_ap1_scene\"").source.notes,
+              ElementsAre(HasSubstr("space is unknown")));
+  GaussianModel model = RandomScene(3, 1);
+  for (const char* name : {"a.usda", "a.usdc", "a.usdz"}) {
+    model.traits.color_space = ColorSpace::kLinearDisplay;
+    WriteSplat(folder_ / name, model);
+    GaussianModel back = ReadSplat(folder_ / name);
+    EXPECT_EQ(back.traits.color_space, ColorSpace::kLinearDisplay) << name;
+    back.traits.color_space = ColorSpace::kSrgbDisplay;
+    WriteSplat(folder_ / name, back);
+    EXPECT_EQ(ReadSplat(folder_ / name).traits.color_space, ColorSpace::kSrgbDisplay) << name;
+  }
+}
+
 TEST_F(UsdTest, FloatToHalfIsTheNearestOne) {
   for (uint32_t half = 0; half < 0x7c00; ++half) {
     const float value = HalfToFloat(static_cast<uint16_t>(half));
