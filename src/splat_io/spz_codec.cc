@@ -128,14 +128,17 @@ void ReadExtensions(SpzData& packed, const std::filesystem::path& path) {
     const std::string_view data = reader.ReadBytes(length, "bytes of an extension");
     if (type != kCoordinateSystem) continue;
     const uint32_t system = data.size() == 4 ? LoadAs<uint32_t>(data.data()) : 0;
-    if (system < 1 || system > 8) {
-      throw InputError(path, "coordinate system " + std::to_string(system) +
-                                 " of SPZ_ADOBE_coordinate_system is not supported; supported: " +
-                                 "those without exchanged axes, 1 to 8");
+    if (system < 1 || system > 16) {
+      throw InputError(
+          path, "coordinate system " + std::to_string(system) +
+                    " of SPZ_ADOBE_coordinate_system is not supported; supported: " + "1 to 16");
     }
-    // Bits of system - 1: right, up, front; the .ply's are right, down, front.
+    // Bits of system - 1: right, up, front, and whether y is depth; the .ply's are right, down,
+    // front. A turn of y to -z makes front of back.
+    packed.turned = (system - 1) & 8;
+    const bool front = packed.turned != (((system - 1) & 4) != 0);
     packed.axes = {(system - 1) & 1 ? 1.0f : -1.0f, (system - 1) & 2 ? -1.0f : 1.0f,
-                   (system - 1) & 4 ? 1.0f : -1.0f};
+                   front ? 1.0f : -1.0f};
   }
 }
 

@@ -18,7 +18,7 @@ namespace retint {
 //
 // SPZ is right-up-back, 3DGS .ply right-down-front: y and z, and all that follows from them,
 // change sign on the way in and out. SPZ_ADOBE_coordinate_system, where a file has it, names
-// another system. SH of degree 4 are not read; SourceLayout::notes says so.
+// another of sixteen systems. SH of degree 4 are not read; SourceLayout::notes says so.
 //
 // Written over a scene that came from an .spz of the same SH degree, values that did not change
 // keep their bytes inside of the compressed data.

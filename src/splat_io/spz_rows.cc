@@ -5,11 +5,36 @@
 #include <cmath>
 #include <numeric>
 
+#include "scene/sh_rotation.h"
+
 namespace retint {
 namespace {
 
 constexpr float kColorScale = 0.15f;
 constexpr size_t kShValues = 45;  // above degree 0 and up to degree 3
+
+// A quarter turn about x, from a turned file's axes to the others, or back.
+const Eigen::Quaterniond& QuarterTurn(bool back) {
+  static const double half = std::sqrt(0.5);
+  static const Eigen::Quaterniond there(half, -half, 0, 0), back_again(half, half, 0, 0);
+  return back ? back_again : there;
+}
+const ShRotation& ShQuarterTurn(bool back) {
+  static const ShRotation there(QuarterTurn(false)), back_again(QuarterTurn(true));
+  return back ? back_again : there;
+}
+
+void TurnMean(float* mean, bool back) {
+  std::swap(mean[1], mean[2]);
+  mean[back ? 1 : 2] *= -1;
+}
+
+void TurnQuat(float* wxyz, bool back) {
+  const Eigen::Quaterniond turned =
+      QuarterTurn(back) * Eigen::Quaterniond(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
+  wxyz[0] = static_cast<float>(turned.w());
+  for (int i = 0; i < 3; ++i) wxyz[i + 1] = static_cast<float>(turned.vec()[i]);
+}
 
 uint8_t ByteOf(const char* from) { return static_cast<uint8_t>(*from); }
 
@@ -27,8 +52,9 @@ void UnpackPosition(const SpzData& data, const char* from, float* to) {
       const float step = 1.0f / static_cast<float>(1u << data.header.fractional_bits);
       to[i] = static_cast<float>(bits >> 8) * step;
     }
-    to[i] *= data.axes[i];
   }
+  if (data.turned) TurnMean(to, /*back=*/false);
+  for (size_t i = 0; i < 3; ++i) to[i] *= data.axes[i];
 }
 
 void UnpackColor(const char* from, float* to) {
@@ -76,8 +102,12 @@ void UnpackRotation(const SpzData& data, const char* from, float* to) {
   }
   to[0] = static_cast<float>(xyzw[3]);
   for (size_t i = 0; i < 3; ++i) to[i + 1] = static_cast<float>(xyzw[i]);
+  if (data.turned) TurnQuat(to, /*back=*/false);
   FlipQuat(to, data.axes);
 }
+
+// Of what fits into a row.
+int SpzDegree(const SpzData& data) { return std::min<int>(data.header.sh_degree, 3); }
 
 float UnpackSh(char byte) { return static_cast<float>(static_cast<uint8_t>(byte)) / 128 - 1; }
 
@@ -159,9 +189,9 @@ SplatRow DecodeSpzRow(const SpzData& data, size_t g) {
   UnpackRotation(data, data.At(SpzData::kRotations, g), row.quat_wxyz.data());
   const size_t values = std::min(data.Widths()[SpzData::kSh], kShValues);
   const char* sh = data.At(SpzData::kSh, g);
-  for (size_t i = 0; i < values; ++i) {
-    row.sh[3 + i] = ShSign(i / 3 + 1, data.axes) * UnpackSh(sh[i]);
-  }
+  for (size_t i = 0; i < values; ++i) row.sh[3 + i] = UnpackSh(sh[i]);
+  if (data.turned) ShQuarterTurn(/*back=*/false).Apply(SpzDegree(data), row.sh.data());
+  for (size_t i = 0; i < values; ++i) row.sh[3 + i] *= ShSign(i / 3 + 1, data.axes);
   return row;
 }
 
@@ -189,14 +219,21 @@ void DecodeSpzSection(const SpzData& data, SpzData::Section section, size_t begi
       const std::array<float, kShValues> signs = ShSigns(data.axes);
       return each([&](size_t g) {
         float* to = model.sh.data() + sh_width * g + 3;
-        for (size_t i = 0; i < values; ++i) to[i] = signs[i] * UnpackSh(from[i]);
+        for (size_t i = 0; i < values; ++i) to[i] = UnpackSh(from[i]);
+        if (data.turned) ShQuarterTurn(/*back=*/false).Apply(model.sh_degree, to - 3);
+        for (size_t i = 0; i < values; ++i) to[i] *= signs[i];
       });
     }
   }
 }
 
 bool EncodeSpzRow(SpzData& data, size_t g, const SplatRow& model_row, const SplatRow* was) {
-  const SplatRow row = FlipAxes(model_row, data.axes);
+  SplatRow row = FlipAxes(model_row, data.axes);
+  if (data.turned) {
+    TurnMean(row.mean.data(), /*back=*/true);
+    TurnQuat(row.quat_wxyz.data(), /*back=*/true);
+    ShQuarterTurn(/*back=*/true).Apply(SpzDegree(data), row.sh.data());
+  }
   const SpzHeader& header = data.header;
   if ((!was || model_row.mean != was->mean) &&
       !PackPosition(row.mean, header.fractional_bits, data.At(SpzData::kPositions, g))) {
@@ -220,8 +257,11 @@ bool EncodeSpzRow(SpzData& data, size_t g, const SplatRow& model_row, const Spla
     }
   }
   const size_t values = std::min(data.Widths()[SpzData::kSh], kShValues);
+  const auto same = [&](size_t i) { return was && model_row.sh[i] == was->sh[i]; };
+  bool all_same = true;  // a turn makes each value of several
+  for (size_t i = 0; i < values; ++i) all_same = all_same && same(3 + i);
   for (size_t i = 0; i < values; ++i) {
-    if (was && model_row.sh[3 + i] == was->sh[3 + i]) continue;
+    if (data.turned ? all_same : same(3 + i)) continue;
     data.At(SpzData::kSh, g)[i] = PackSh(row.sh[3 + i], i / 3 + 1);
   }
   return true;
@@ -230,15 +270,21 @@ bool EncodeSpzRow(SpzData& data, size_t g, const SplatRow& model_row, const Spla
 ShBand4 DecodeSpzBand4(const SpzData& data, size_t g) {
   ShBand4 values;
   for (size_t i = 0; i < values.size(); ++i) {
-    values[i] = Band4Sign(data.axes, i) * UnpackSh(data.At(SpzData::kSh, g)[kShValues + i]);
+    values[i] = UnpackSh(data.At(SpzData::kSh, g)[kShValues + i]);
   }
+  if (data.turned) ShQuarterTurn(/*back=*/false).ApplyToBand4(values.data());
+  for (size_t i = 0; i < values.size(); ++i) values[i] *= Band4Sign(data.axes, i);
   return values;
 }
 
 void EncodeSpzBand4(SpzData& data, size_t g, const ShBand4& values, const ShBand4* was) {
+  if (was && values == *was) return;
+  ShBand4 in_file = values;
+  for (size_t i = 0; i < values.size(); ++i) in_file[i] *= Band4Sign(data.axes, i);
+  if (data.turned) ShQuarterTurn(/*back=*/true).ApplyToBand4(in_file.data());
   for (size_t i = 0; i < values.size(); ++i) {
-    if (was && values[i] == (*was)[i]) continue;
-    data.At(SpzData::kSh, g)[kShValues + i] = PackSh(Band4Sign(data.axes, i) * values[i], 16);
+    if (was && !data.turned && values[i] == (*was)[i]) continue;
+    data.At(SpzData::kSh, g)[kShValues + i] = PackSh(in_file[i], 16);
   }
 }
 

@@ -38,6 +38,8 @@ struct SpzData {
   SpzHeader header;
   UnsetVector<char> bytes;
   AxisSigns axes = kRightUpBack;
+  // Before that, y is depth and z is height: (x, y, z) stands for (x, z, -y).
+  bool turned = false;
 
   // Bytes a Gaussian, of each section.
   std::array<size_t, kSections> Widths() const;

@@ -294,7 +294,8 @@ TEST(SpzDamageTest, ExtensionsAreKeptAndTheirAxesObeyed) {
   }
   WriteSplat(folder / "b.spz", turned);
   EXPECT_EQ(Unzipped(ReadFile(folder / "b.spz")), bytes + other + axes(6));
-  EXPECT_THAT(Refusal(folder / "c.spz", Zipped(bytes + axes(9))), HasSubstr("coordinate system 9"));
+  EXPECT_THAT(Refusal(folder / "c.spz", Zipped(bytes + axes(17))),
+              HasSubstr("coordinate system 17"));
   EXPECT_THAT(Refusal(folder / "c.spz", Zipped(bytes + other.substr(0, 9))),
               HasSubstr("truncated"));
 }
