@@ -186,6 +186,11 @@ class SceneReader {
                  ", which is not supported");
     }
     const Json* kernel = Member(extension, "kernel");
+    const Json* projection = Member(extension, "projection");
+    if (projection && !IsText(projection, "perspective")) {
+      model_.source.notes.push_back(
+          "the Gaussians' projection is not perspective: it is used all the same");
+    }
     if (kernel && !IsText(kernel, "ellipse")) {
       file_.Fail("its Gaussians have another kernel than ellipse, which is not supported");
     }
@@ -374,6 +379,12 @@ struct Segment {
   std::function<void(const SplatRow& row, char* to)> write;
 };
 
+// IEC 61966-2-1, of [0, 1].
+double LinearOfSrgb(double value) {
+  const double kept = std::clamp(value, 0.0, 1.0);
+  return kept <= 0.04045 ? kept / 12.92 : std::pow((kept + 0.055) / 1.055, 2.4);
+}
+
 template <size_t N>
 void StoreFloats(const std::array<float, N>& values, char* to) {
   std::memcpy(to, values.data(), sizeof(values));
@@ -387,10 +398,11 @@ std::vector<Segment> Segments(const GaussianModel& model) {
   std::vector<Segment> segments;
   segments.push_back({"POSITION", 12, accessor(kFloat, "VEC3"),
                       [](const SplatRow& row, char* to) { StoreFloats(row.mean, to); }});
+  // Linear, as glTF's colors of vertices are ("Fallback Behavior").
   segments.push_back({"COLOR_0", 4, accessor(kByte, "VEC4"), [](const SplatRow& row, char* to) {
                         for (size_t i = 0; i < 3; ++i) {
                           const double color = 0.5 + double{kShC0} * row.sh[i];
-                          to[i] = static_cast<char>(RoundTo(255 * color, 255));
+                          to[i] = static_cast<char>(RoundTo(255 * LinearOfSrgb(color), 255));
                         }
                         to[3] = static_cast<char>(RoundTo(255 * Sigmoid(row.opacity_logit), 255));
                       }});

@@ -75,6 +75,16 @@ TEST_F(GltfTest, IsLeftUpFrontWithLinearScales) {
   };
   EXPECT_THAT(values("POSITION"), ElementsAre(-model.means[0], -model.means[1], model.means[2]));
   EXPECT_FLOAT_EQ(values("KHR_gaussian_splatting:SCALE")[1], std::exp(model.log_scales[1]));
+  // The color of points is linear, the Gaussian's is of sRGB.
+  const GltfValues color = file.View(primitive["attributes"]["COLOR_0"].get<uint64_t>(), 4);
+  float rgba[4];
+  std::vector<char> bytes;
+  color.Load<4>(0, 1, rgba, 4, bytes);
+  for (size_t i = 0; i < 3; ++i) {
+    const double srgb = 0.5 + 0.28209479 * model.sh[i];
+    const double linear = srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
+    EXPECT_NEAR(rgba[i], linear, 0.5 / 255 + 1e-6);  // half a byte's step
+  }
   EXPECT_EQ(primitive["mode"], 0);
   EXPECT_EQ(file.json()["extensionsUsed"], Json::array({"KHR_gaussian_splatting"}));
   const Json& position = file.json()["accessors"][0];
