@@ -14,7 +14,7 @@ namespace retint {
 // infinite values (with the pixel). Negative depths, which mean nothing, come back as 0.
 DepthMap ReadDepthMap(const std::filesystem::path& path);
 
-// Byte for byte what ReadDepthMap reads back. RunError when it cannot be written.
+// ReadDepthMap reads it back byte for byte. RunError when it cannot be written.
 void WriteDepthMap(const std::filesystem::path& path, const DepthMap& depth);
 
 }  // namespace retint

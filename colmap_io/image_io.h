@@ -27,9 +27,9 @@ using SizeCheck = std::function<void(int width, int height)>;
 // RGB in [0, 1] from 8 or 16 bits a channel; gray becomes RGB, alpha is dropped.
 Image ReadImage(const std::filesystem::path& path, const SizeCheck& check = {});
 Image8 ReadImage8(const std::filesystem::path& path);
-// A picture as it comes out of a JPEG file with the quantization and the subsampling of the one
-// whose bytes are `file`: what that would hold, had it been written from this picture. None where
-// it is no whole JPEG of three channels.
+// A picture as it comes out of a JPEG file. The file has the quantization and the subsampling of
+// the one whose bytes are `file`: what that would hold, had it been written from this picture. None
+// where it is no whole JPEG of three channels.
 std::optional<Image8> AsJpegHolds(const Image8& picture, std::string_view file);
 // Whether no pixel of a picture is transparent.
 bool IsOpaque(const std::filesystem::path& path);

@@ -14,19 +14,19 @@ namespace retint {
 
 inline constexpr const char* kTransformsName = "transforms.json";
 
-// Views are named by their file_path, without what leads out of the folder ("..", the root). Its
-// transform_matrix is world_from_camera of a camera with x
-// right, y up and z backward; what is returned has COLMAP's axes. Where the file has
-// applied_transform, the world is the one before it: COLMAP's. Points are
-// those of the .ply that ply_file_path names, in the same frame as the poses; no view is known to
-// see them. InputError for what cannot be used; points that cannot be read are a warning.
+// Views are named by their file_path, without parts that lead out of the folder ("..", the root).
+// Its transform_matrix is world_from_camera of a camera with x right, y up and z backward; the
+// result has COLMAP's axes. If the file has applied_transform, the world is the one before it:
+// COLMAP's. Points are those of the .ply that ply_file_path names, in the same frame as the poses;
+// no view is known to see them. InputError for a file that cannot be used; points that cannot be
+// read are a warning.
 Reconstruction ReadTransforms(const std::filesystem::path& path,
                               std::vector<std::string>* warnings);
 
 // A similarity out of a file: nerfstudio's dataparser_transforms.json {"transform": 3x4, "scale"},
 // which goes from the data's world to the splat's, or {"world_from_splat": 3x4, 4x4, or the 12 or
-// 16 numbers by rows}, the other way round. What is returned is world_from_splat of either.
-// InputError for a file that holds neither, or a matrix that is no similarity.
+// 16 numbers by rows}, the other way round. The result is world_from_splat of either. InputError
+// for a file that holds neither, or a matrix that is no similarity.
 Sim3d ReadWorldFromSplat(const std::filesystem::path& path);
 // The same out of 12 or 16 numbers between blanks or commas, a matrix by rows. OptionError.
 Sim3d ParseWorldFromSplat(const std::string& text);

@@ -76,8 +76,8 @@ std::string CamerasToText(const Reconstruction& model);
 std::string ImagesToText(const Reconstruction& model);
 std::string PointsToText(const Reconstruction& model);
 
-// What is wrong with a camera's size or parameters, beyond what the formats themselves can check;
-// empty when nothing is.
+// The fault of a camera's size or parameters, beyond the checks of the formats themselves; empty if
+// there is none.
 std::string CameraFault(const Camera& camera, uint64_t width, uint64_t height);
 // Normalizes where needed (see ReadReconstruction); false when the quaternion has no direction.
 bool NormalizeRotation(Eigen::Quaterniond& rotation);

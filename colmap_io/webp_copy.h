@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a lossy WebP file makes of a picture.
+// A picture after a lossy WebP file.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@ namespace retint {
 bool IsLossyWebp(std::string_view file);
 
 // A WebP file does not say its quality. The one, 1 to 100, at which a file of `picture` has about
-// `bytes` bytes: what it loses is then about the same.
+// `bytes` bytes: its loss is then about the same.
 int WebpQuality(const Image8& picture, size_t bytes);
 
 // A lossy file of that quality.

@@ -45,7 +45,7 @@ struct Workspace {
   bool has_virtual_views = false;
   std::shared_ptr<const PhotoPixels> photo_pixels;  // null where every view shows its own photo's
   std::vector<std::string> warnings;                // one line each, for the user
-  // What several photos of the model are called, without folders and extensions.
+  // The names that several photos of the model have, without folders and extensions.
   std::set<std::string, std::less<>> shared_stems;
 
   // `image_folder`, when given, must exist; else the nearest folder with a name as above that holds

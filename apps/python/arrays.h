@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Arrays between C++ and numpy. What leaves is a view of the C++ memory, which the array keeps
-// alive; what comes in is read where it lies, when it is contiguous and of the right type.
+// Arrays between C++ and numpy. Arrays to Python are views of the C++ memory, which they keep
+// alive. Arrays from Python are read in place if they are contiguous and of the right type.
 #pragma once
 
 #include <filesystem>
@@ -69,7 +69,7 @@ bool IsPath(const py::object& object);
 // height where these are not 0.
 Mask ToMask(const py::object& mask, int width = 0, int height = 0);
 
-// A dict, or what another mapping holds: OptionError for what is none.
+// A dict, or the items of another mapping; OptionError for other objects.
 py::dict ToDictOfMasks(const py::object& masks);
 
 // An image from an array [H, W, 3] of floats or of uint8 (divided by 255). OptionError otherwise.

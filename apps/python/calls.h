@@ -25,7 +25,7 @@ class Call {
   Call(const Call&) = delete;
   Call& operator=(const Call&) = delete;
 
-  // work(monitor) without the lock. What the callable raised is raised here; the work was then
+  // work(monitor) without the lock. An exception of the callable is raised here; the work was then
   // cancelled.
   template <typename Work>
   std::invoke_result_t<Work, Monitor&> Run(Work&& work) {

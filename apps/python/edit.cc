@@ -22,7 +22,7 @@ std::string Keyword(const ColorOperationType& type) {
   return name;
 }
 
-// What the command line takes: 0.5 is "0.5", (1, 0, 0) is "1.0,0.0,0.0", True is nothing.
+// The text of the command line: 0.5 is "0.5", (1, 0, 0) is "1.0,0.0,0.0", True is nothing.
 std::string ValueText(const std::string& name, const py::handle& value) {
   if (py::isinstance<py::str>(value)) return value.cast<std::string>();
   if (value.is(py::bool_(true))) return "";
@@ -137,7 +137,8 @@ void BindEdit(py::module_& module) {
            "example `to`.")
       .def_property_readonly(
           "operations",
-          // The type is declared: deduced, it is an accessor that outlives what it points into.
+          // The type is declared: deduced, it is an accessor that outlives the object that it
+          // points into.
           [](const ColorEdit& edit) -> py::list {
             return FromJson(EditToJson(edit, /*with_tables=*/false))["operations"];
           },

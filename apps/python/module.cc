@@ -33,7 +33,7 @@ PyObject* MakeException(py::module_& module, const char* name, const char* doc,
   return type;
 }
 
-// Puts back what the command line changes.
+// Puts back the state that the command line changes.
 class SignalHandlers {
  public:
   SignalHandlers() {

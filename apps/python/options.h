@@ -18,8 +18,8 @@ namespace py = pybind11;
 // has, and for a value of another type or out of range.
 void SetOptions(const OptionList& list, const py::kwargs& keywords);
 
-// The preset's options of an edit, with what the keywords say instead. "preset" and
-// "colmap_program" are keywords too. `describe` lists those that the call has.
+// The preset's options of an edit, changed by the keywords. "preset" and "colmap_program" are
+// keywords too. `describe` lists those that the call has.
 template <typename Describe>
 EditOptions Resolve(const py::kwargs& keywords, Describe describe);
 EditOptions StartOptions(py::kwargs& keywords);  // takes out those two

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Session: the mask of a view by the tools that find an outline, and the main colors of what is
-// selected.
+// Session: the mask of a view by the tools that find an outline, and the main colors of a
+// selection.
 #include <algorithm>
 #include <cmath>
 

@@ -11,7 +11,7 @@
 namespace retint::python {
 namespace {
 
-// What may be asked of a render, and where it is found.
+// The layers of a render, and their places.
 struct Layer {
   const char* name;
   bool RenderRequest::*wanted;

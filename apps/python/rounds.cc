@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Session: rounds of painting, what to paint next, and fits on a thread of their own.
+// Session: rounds of painting, the next view to paint, and fits on a thread of their own.
 #include <chrono>
 #include <thread>
 

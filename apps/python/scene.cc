@@ -33,7 +33,7 @@ Rigid3d ToPose(const Doubles& matrix) {
     for (int j = 0; j < 3; ++j) rotation(i, j) = m(i, j);
     pose.translation(i) = m(i, 3);
   }
-  // A rotation within what single precision leaves of it.
+  // A rotation up to the rounding of single precision.
   const bool is_rotation =
       (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).norm() < 1e-4 &&
       rotation.determinant() > 0 && pose.translation.allFinite();
@@ -327,7 +327,7 @@ Bytes ToBytes(const py::handle& object) {
   return Bytes(text.begin(), text.end());
 }
 
-// The arrays, and what the file holds beside them.
+// The arrays, and the rest of the file.
 py::tuple StateOf(const PySplat& splat) {
   py::list arrays, extras;
   for (const SplatArray& array : kArrays) arrays.append(ArrayOf(splat, array));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the Python classes hold. Each shares the ownership of what it shows, so that a view, an
-// array or a mask outlives the session that it came from.
+// The data of the Python classes. Each shares the ownership of its data, so that a view, an array
+// or a mask outlives the session that it came from.
 #pragma once
 
 #include <atomic>
@@ -129,7 +129,7 @@ struct Viewpoint {
 // From a View, a Camera or a view's name. InputError for a name that is none.
 Viewpoint ToViewpoint(const py::object& view, const Workspace* workspace);
 
-// Of one Painted or a sequence of them. OptionError for what is neither.
+// Of one Painted or a sequence of them. OptionError for other objects.
 std::vector<PaintedView> ToPainted(const py::object& painted);
 
 // A region, or its id.

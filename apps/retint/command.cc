@@ -83,7 +83,7 @@ std::string Typed(int argc, char** argv) {
   return line;
 }
 
-// What an exception that ended the run means to who started it.
+// The meaning of an exception that ended the run, for its caller.
 struct Failure {
   ExitCode code;
   std::string message;

@@ -4,7 +4,7 @@
 
 namespace retint::cli {
 
-// Parses, runs one verb, prints, and turns what it throws into one line on stderr. Returns the exit
+// Parses, runs one verb, prints, and turns its exceptions into one line on stderr. Returns the exit
 // code. It takes the handlers of SIGINT, SIGTERM, SIGHUP and SIGXFSZ.
 int RunCommand(int argc, char** argv);
 

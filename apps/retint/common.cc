@@ -29,7 +29,7 @@ namespace {
 
 std::atomic<Monitor*> g_monitor{nullptr};
 
-// The first Ctrl-C asks the work to stop, which removes what is half written; the second kills.
+// The first Ctrl-C asks the work to stop, which removes half-written files; the second kills.
 void OnInterrupt(int signal) {
   if (Monitor* monitor = g_monitor.load()) monitor->Cancel();
   std::signal(signal, SIG_DFL);
@@ -146,7 +146,7 @@ void Run::Flush() {
 }
 
 bool FlushOutput() {
-  // What did not fit into the buffer failed earlier.
+  // Text beyond the buffer failed earlier.
   const bool is_written = std::cout.flush() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
   // The next command may run in the same process (apps/python).
   std::cout.clear();
@@ -332,7 +332,7 @@ void AddDepthOptions(CLI::App* verb, EditArguments& edit) {
   OptionList list;
   edit.options.select.DescribeDepth(list);
   edit.flags.Add(verb, "select", "Selection", list);
-  // Where a program lies belongs to the machine: it is no option of the edit.
+  // The place of a program belongs to the machine: it is no option of the edit.
   verb->add_option("--colmap-program", edit.options.select.depth.colmap_mvs.program,
                    "colmap-mvs: COLMAP's program, built with CUDA. A name is looked up in PATH")
       ->type_name("FILE")

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the verbs share: global options, the run's monitor and printer, opening a session. Every
-// verb's file adds its options to the command line and hands back what to do.
+// Shared by the verbs: global options, the run's monitor and printer, opening a session. Every
+// verb's file adds its options to the command line and hands back its action.
 #pragma once
 
 #include <filesystem>
@@ -37,7 +37,7 @@ struct Globals {
   std::string log_level = "warn";
   std::string progress = "auto";
   bool quiet = false, verbose = false;
-  std::string command;                                // what was typed, for a shell
+  std::string command;                                // the typed command, for a shell
   bool runs_job = false;                              // its options are keys of a file, not flags
   bool json_messages = false;                         // warnings and errors: with --progress json
   std::vector<PlannedStage> plan;                     // of the verb's run, for its progress
@@ -71,11 +71,11 @@ class Run {
   // Lines of ours, such as a list, as they are.
   void PrintText(const std::string& text) const;
   void Commit(StagedOutput& staged);
-  // What was asked for is in files that are in their places.
+  // The results are in files that are in their places.
   void SetWritten() { has_written_ = true; }
   // A file that was not there before and is no result: it is removed where the run fails.
   void Made(const std::filesystem::path& path) { made_.push_back(path); }
-  // At the end of a run that did not fail. Where stdout cannot be written, what was printed is
+  // At the end of a run that did not fail. If stdout cannot be written, the printed lines are
   // missing: a warning beside files, else a RunError.
   void Flush();
 
@@ -127,7 +127,7 @@ void AddScene(CLI::App* verb, Globals& globals, SceneArguments& scene, bool need
 void TakeScene(const EditRecipe& recipe, SceneArguments& scene);
 // Of the splats in a workspace: "no splat", or "2 splats (a.ply, b.ply)".
 std::string SplatsText(const std::filesystem::path& workspace);
-// After parsing: from what was typed to a workspace and a splat. InputError, OptionError.
+// After parsing: from the typed arguments to a workspace and a splat. InputError, OptionError.
 void FindScene(SceneArguments& scene);
 SessionOptions OptionsOf(const SceneArguments& scene, int holdout, const Run& run);
 std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdout, Run& run,
@@ -135,12 +135,12 @@ std::unique_ptr<EditSession> OpenSession(const SceneArguments& scene, int holdou
 // All ranks (base/ranks.h) must see the same scene and compute alike, or their decisions part:
 // InputError where they do not. Links their devices where that can be had, and says so. Collective.
 void JoinRanks(EditSession& session, Run& run);
-// The backend, and what is odd about the workspace.
+// The backend, and oddities of the workspace.
 void DescribeSession(const EditSession& session, const std::string& backend, Run& run);
-// Both: what OpenSession() does once the scene is there.
+// Both: the second half of OpenSession(), once the scene is there.
 void StartSession(EditSession& session, Run& run);
 
-// --memory-mb and what else says how a splat larger than memory is opened.
+// --memory-mb and the other flags for a splat larger than memory.
 struct LargeArguments {
   size_t memory_mb = 0, device_memory_mb = 0;
   std::string mode = "auto";
@@ -150,11 +150,11 @@ struct LargeArguments {
   MemoryLimits Limits(const Run& run) const;  // of the backend that was asked for
 };
 void AddLarge(CLI::App* verb, LargeArguments& large, bool selects);
-// Null where the splat is opened whole, as OpenSession() does. `refit` is what follows; null: none
-// does.
+// Null where the splat is opened whole, as OpenSession() does. `refit` is the fit that follows;
+// null: none does.
 std::unique_ptr<LargeScene> OpenLarge(const SceneArguments& scene, const LargeArguments& large,
                                       int holdout, const RefitOptions* refit, Run& run);
-// The same as what a run's steps work on.
+// The same as the scene of a run's steps.
 std::unique_ptr<SceneSource> OpenSource(const SceneArguments& scene, const LargeArguments& large,
                                         int holdout, const RefitOptions* refit, Run& run);
 
@@ -201,11 +201,11 @@ void AddPreset(CLI::App* verb, EditArguments& edit);
 void AddDepthOptions(CLI::App* verb, EditArguments& edit);
 void AddCloudOptions(CLI::App* verb, EditArguments& edit);
 void AddProjectorOptions(CLI::App* verb, EditArguments& edit);
-// The preset's with what flags say instead, and the seed. 0 iterations of adam, which nothing but
-// its caller ends, are 3000 here. OptionError for values that do not go together.
+// The preset's, changed by flags, and the seed. 0 iterations of adam, which nothing but its caller
+// ends, are 3000 here. OptionError for values that do not go together.
 EditOptions Resolve(const EditArguments& edit, const Globals& globals);
 
-// What is done to the colors, and --holdout.
+// The edit of the colors, and --holdout.
 struct ColorArguments {
   EditFlags flags;
   int holdout = 0;

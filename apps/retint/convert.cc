@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// retint convert: a splat in another format, and what that costs.
+// retint convert: a splat in another format, and the losses.
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 

@@ -21,7 +21,7 @@ class EditFlags {
   void Add(CLI::App* verb, const std::string& group);
   // The edit that the parsed flags ask for; a file's strength of the whole list is the edit's,
   // unless --strength is given. OptionError for a bad value, and where there is none; InputError
-  // for a file. Warns `run` of what is not quite as it was asked for.
+  // for a file. Warns `run` of each part that differs from the request.
   ColorEdit Resolve(Run& run) const;
   // Whether any flag of an edit was given.
   bool Given() const;

@@ -68,7 +68,7 @@ bool IsOneFile(const NamedFile& a, const NamedFile& b) {
   return std::filesystem::equivalent(a.path, b.path, code);
 }
 
-// Whether what is written of one of the views, FOLDER/<image name>.png, may be `path`.
+// Whether the output of one of the views, FOLDER/<image name>.png, may be `path`.
 bool IsOfView(std::string_view path, const std::set<std::string>& views) {
   constexpr std::string_view kPng = ".png";
   if (!path.ends_with(kPng)) return false;
@@ -88,7 +88,7 @@ void CheckExtension(const NamedFile& file) {
               "--report-html writes a page: " + file.path.string() + " is not an .html");
 }
 
-// The splats that are read, with all their files. What is wrong with one is said where it is read.
+// The splats that are read, with all their files. The fault of one is reported when it is read.
 void AddSplats(const std::vector<NamedFile>& read, InputGuard* guard) {
   for (const NamedFile& file : read) {
     if (file.name != "--splat" && file.name != "INPUT") continue;
@@ -108,7 +108,7 @@ void CheckFiles(const CLI::App& verb, const SceneArguments* scene, InputGuard* g
                                                {"align", "--splat"},   {"convert", "INPUT"},
                                                {"select", "--append"}, {"mask", "--mask"}};
   FileOptions files = FilesOf(verb);
-  // Where it was found counts as where it was named.
+  // A splat that was found counts as one that was named.
   if (scene && !scene->splat.empty()) files.read.push_back({"--splat", scene->splat});
   CheckApart(files.written, {});
   for (const NamedFile& folder : files.folders) {

@@ -10,7 +10,7 @@ namespace {
 constexpr size_t kIndent = 2, kTextColumn = 30, kWidth = 100;
 constexpr std::string_view kTurnsOff = "{false}";  // CLI11's mark of --no-around
 
-// "FLOAT:in (0, 8]" is the type and what it is checked for.
+// "FLOAT:in (0, 8]" is the type and its check.
 struct TypeParts {
   std::string type, check;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Help in tiers: -h shows what people use and examples, --help all flags of a verb, in groups. What
-// has no flag is listed by `retint options`.
+// Help in tiers: -h shows common flags and examples, --help all flags of a verb, in groups. Options
+// without a flag are listed by `retint options`.
 #pragma once
 
 #include <map>
@@ -60,7 +60,7 @@ std::vector<std::string> ChoicesOf(const CLI::Option& option);
 // The options of a verb that have a flag, in the order of help: that of help itself comes last.
 std::vector<const CLI::Option*> Flags(const CLI::App& verb);
 
-// "  left   text", the text wrapped beside what stands left.
+// "  left   text", the text wrapped beside the left column.
 std::string Row(std::string_view left, std::string_view text);
 
 }  // namespace retint::cli

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// retint index: what lies where in a splat larger than memory.
+// retint index: the places of Gaussians in a splat larger than memory.
 #include <fmt/format.h>
 
 #include "base/error.h"

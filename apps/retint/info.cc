@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// retint info: what is in a workspace and a splat, and whether the two belong together.
+// retint info: the contents of a workspace and a splat, and whether the two belong together.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -120,8 +120,8 @@ void DescribeParts(const Arguments& arguments, LargeScene& large, Run& run) {
   PrintCheck(check, run);
 }
 
-// Views are placed around a whole splat: of one that is not to be opened as such and has no
-// workspace, what the header tells is all. Whether it is one.
+// Views are placed around a whole splat: of one that is opened in parts and has no workspace, only
+// the header is described. Whether it is one.
 bool DescribedAlone(const Arguments& arguments, Run& run) {
   const SceneArguments& scene = arguments.scene;
   const MemoryLimits limits = arguments.large.Limits(run);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What packages install beside the program, made from its own options: the man page and the
+// Files that packages install beside the program, made from its own options: the man page and the
 // completion of bash.
 #pragma once
 

@@ -123,8 +123,8 @@ void WarnOfCutStrokes(const StrokeFlag& flag, const UserPicture& view, Run& run)
                   cut, flag.name, view.name, view.width, view.height));
 }
 
-// OptionError naming two strokes that cross. What covers most of the view is no stroke: of that,
-// MaskFromScribbles() speaks.
+// OptionError naming two strokes that cross. A picture that covers most of the view is no stroke:
+// MaskFromScribbles() reports that.
 void CheckCrossings(const ViewMaskRequest& request, const StrokeFlag& inside,
                     const StrokeFlag& outside, const Pictures& pictures, const UserPicture& view) {
   if (2 * CountInside(request.outside) > request.outside.NumPixels()) return;
@@ -146,7 +146,7 @@ void CheckCrossings(const ViewMaskRequest& request, const StrokeFlag& inside,
                                 pixel / width));
 }
 
-// What selects, and what is kept of it.
+// The tool that selects, and its limits.
 ViewMaskRequest ToRequest(const Arguments& arguments, const Pictures& pictures,
                           const UserPicture& view) {
   ViewMaskRequest request;

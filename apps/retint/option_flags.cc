@@ -16,8 +16,8 @@ namespace {
 
 constexpr const char* kSet = "--set";
 
-// Refuses a number outside the range while the flag's name is still known; what is no number is
-// left to the conversion.
+// Refuses a number outside the range while the flag's name is still known; text that is no number
+// is left to the conversion.
 CLI::Validator InRange(const Option& option) {
   return {[range = option.range](const std::string& text) {
             char* end = nullptr;

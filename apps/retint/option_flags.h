@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Described options (base/option.h) on the command line: a flag for those that people use, --set
-// for all. Presets, which what was typed overrides.
+// for all. Presets, which typed flags override.
 #pragma once
 
 #include <set>
@@ -30,7 +30,7 @@ void SetFromText(const Option& option, const std::string& text);
 
 class OptionFlags {
  public:
-  // What the options name outlives the run, and so does this.
+  // The members that the options name outlive the run, and so does this.
   void Add(CLI::App* verb, const std::string& stage, const std::string& group,
            const OptionList& options);
 

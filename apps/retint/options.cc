@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// retint options: what --set, job files and Python can set.
+// retint options: the options of --set, job files and Python.
 #include <algorithm>
 
 #include <fmt/format.h>

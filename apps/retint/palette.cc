@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// retint palette: the main colors of what is painted or masked.
+// retint palette: the main colors of painted or masked pixels.
 #include <cmath>
 
 #include <fmt/format.h>

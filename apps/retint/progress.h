@@ -14,7 +14,7 @@ namespace retint::cli {
 
 enum class ProgressStyle { kNone, kBar, kPlain, kJson };
 
-// Prints what a Monitor reports. Calls may come from any thread.
+// Prints the reports of a Monitor. Calls may come from any thread.
 class ProgressPrinter {
  public:
   ProgressPrinter(ProgressStyle style, std::vector<PlannedStage> plan)

@@ -94,7 +94,7 @@ void Recolor(const Arguments& arguments, Run& run) {
   plan.insert(plan.end() - 1, {"suggestion", 1});
   run.SetPlan(std::move(plan));
   edit.Run(run.monitor());
-  // The line that is printed is not worth what the figures of a file are.
+  // The printed line is not worth the time of a file's figures.
   const bool is_kept = !recipe.outputs.report.empty() || !recipe.outputs.page.empty();
   edit.Evaluate(is_kept ? EvaluationDetail() : EvaluationDetail{.most_views = 24, .row_step = 4},
                 run.monitor());

@@ -24,7 +24,7 @@ struct Arguments {
   std::filesystem::path masks, output, report;
 };
 
-// The scene, or what the masks' views see of a large one, and the masks with their shares.
+// The scene, or the part of a large one that the masks' views see, and the masks with their shares.
 struct Masked {
   std::unique_ptr<LargeScene> large;  // null of others
   std::unique_ptr<EditSession> session;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What several verbs write: stages, pictures, reports.
+// The outputs of several verbs: stages, pictures, reports.
 #pragma once
 
 #include <filesystem>
@@ -21,18 +21,18 @@ namespace retint::cli {
 // A warning for each thing of `model` that the format of `output` has no place for.
 void WarnOfLosses(const std::filesystem::path& output, const GaussianModel& model, Run& run);
 
-// What went otherwise than it was asked for when Gaussians were split.
+// Warns if Gaussians were split otherwise than requested.
 void WarnOfRefinement(const RefineSummary& summary, const RefineOptions& options, Run& run);
 
-// The two lines of a run that people want: what changed, and how well. `reach`: see
+// The two lines of a run that people want: the changes, and their quality. `reach`: see
 // VerdictOfPaint(); empty: nothing was painted.
 void PrintSummary(const ColorEdit& edit, const RunReport& report, const std::string& reach,
                   const Run& run);
 // All figures of `retint recolor`, for --verbose.
 void PrintDetails(EditRun& edit, const std::string& reach, const Run& run);
 
-// What an edit is on this scene: the main colors that it replaces, and what became of the pictures
-// that were compared with the scene. Nothing for others.
+// An edit on this scene: the main colors that it replaces, and the results of the pictures that
+// were compared with the scene. Nothing for others.
 void PrintEdit(const ColorEdit& edit, const Run& run);
 
 // A hint where many of the edited colors are none that a screen shows, and nothing is done about
@@ -50,10 +50,10 @@ void PrintQuality(const QualityReport& quality, const Run& run,
 // How much of a splat that was opened in parts took part; nothing of others.
 void PrintParts(const RunReport& report, const Run& run);
 
-// What the format of the written splat adds, if it rounds.
+// The error by the format of the written splat, if it rounds.
 void PrintFormatError(const std::optional<FormatError>& error, const Run& run);
 
-// What to look at: the files that were written, the page first.
+// The line `look at`: the files that were written, the page first.
 void PrintOutputs(const EditOutputs& outputs, const Run& run);
 
 // AdvisePaint() for a region; empty if its masks were not completed, or of Gaussians that were

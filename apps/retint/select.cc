@@ -48,7 +48,7 @@ void CheckArguments(const Arguments& arguments) {
   if (!arguments.report.empty()) CheckOutput(arguments.report);
 }
 
-// The scene, or what the depth of the painted views needs of a large one.
+// The scene, or the part of a large one for the depth of the painted views.
 std::unique_ptr<EditSession> OpenPainted(const Arguments& arguments, const SelectOptions& options,
                                          Run& run) {
   const auto large = OpenLarge(arguments.scene, arguments.large, 0, /*refit=*/nullptr, run);

@@ -33,7 +33,7 @@ void AddProjecting(Plan* plan, bool completes) {
   if (completes) Add(plan, {{"completion", 1}, {"projection", 1}});
 }
 
-// What was typed of a verb.
+// The typed options of a verb.
 class Typed {
  public:
   explicit Typed(const CLI::App& verb) : verb_(verb) {}
@@ -88,7 +88,7 @@ Plan PlanOfMask(const Typed& typed) {
   return plan;
 }
 
-// Without paint, what the pictures of the edit changed is selected.
+// Without paint, the changes in the pictures of the edit are selected.
 size_t NumPainted(const RegionRecipe& region) {
   size_t count = region.paint.size();
   if (count > 0) return count;

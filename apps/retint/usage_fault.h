@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is wrong with a command line, as one line that names the option and the remedy.
+// The fault of a command line, as one line that names the option and the remedy.
 #pragma once
 
 #include <string>

@@ -9,7 +9,7 @@ namespace retint {
 // Base64 (RFC 4648) in pieces.
 class Base64Encoder {
  public:
-  std::string Add(std::string_view bytes);  // what is complete by now
+  std::string Add(std::string_view bytes);  // the bytes that are complete by now
   std::string Finish();                     // the rest, padded
 
  private:

@@ -3,7 +3,7 @@
 
 namespace retint {
 
-// A scene without a workspace has no path: what is wrong with it stands alone.
+// A scene without a workspace has no path: its fault stands by itself.
 InputError::InputError(const std::filesystem::path& path, std::string_view fault)
     : Error((path.empty() ? "" : path.string() + ": ") + std::string(fault)) {}
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What Retint throws. A library never aborts and never prints; the CLI turns each of these into one
-// line on stderr and an exit code, the viewer into a dialog.
+// The exceptions of Retint. A library never aborts and never prints; the CLI turns each of these
+// into one line on stderr and an exit code, the viewer into a dialog.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,7 @@ class InputError : public Error {
   InputError(const std::filesystem::path& path, int64_t line, std::string_view fault);
 };
 
-// Nothing is seen where a depth is needed: of what is painted, no pixel has one.
+// A depth is needed, but no painted pixel has one.
 class NoDepthError : public InputError {
  public:
   using InputError::InputError;

@@ -23,15 +23,15 @@ namespace retint {
 bool IsFile(const std::filesystem::path& path);
 bool IsFolder(const std::filesystem::path& path);
 
-// Paths of what is in a folder, or anywhere below it, in any order; links to folders are not
-// followed. Where reading fails, what was read until then; `error`, where given, says why.
+// Paths of everything in a folder, or anywhere below it, in any order; links to folders are not
+// followed. If reading fails, the part read until then; `error`, where given, says why.
 std::vector<std::filesystem::path> ListFolder(const std::filesystem::path& folder,
                                               std::error_code* error = nullptr);
 std::vector<std::filesystem::path> ListBelow(const std::filesystem::path& folder,
                                              std::error_code* error = nullptr);
 
-// Where a file of this name is written: the target of a link, which need not exist; a device and a
-// pipe as they are named. RunError for links that never end.
+// The path to which a file of this name is written: the target of a link, which need not exist; a
+// device and a pipe as they are named. RunError for links that never end.
 std::filesystem::path FollowLinks(const std::filesystem::path& path);
 
 // The whole file; InputError when it is missing, a folder, or unreadable.
@@ -60,7 +60,7 @@ class AtomicFile {
   // blocks where the file system can (FICLONE), else the kernel copies them. `report` is told how
   // far it is and may throw.
   void CopyFrom(int file, uint64_t bytes, const std::function<void(uint64_t done)>& report);
-  // Over what was written already.
+  // Over the bytes written already.
   void WriteAt(uint64_t offset, const void* data, size_t bytes);
   // Everything written so far is on the disk, not yet in place: for several files that belong
   // together, Sync() all, then Commit() all, and a full disk leaves every old one.

@@ -9,7 +9,8 @@ namespace retint {
 
 // Whether no value is NaN or infinite. Without a branch, so that it vectorizes.
 inline bool AllFinite(std::span<const float> values) {
-  constexpr uint32_t kExponent = 0x7f800000u;  // all of its bits are set in what is not finite
+  constexpr uint32_t kExponent =
+      0x7f800000u;  // all of its bits are set in numbers that are not finite
   uint32_t any = 0;
   for (const float value : values) {
     any |= (std::bit_cast<uint32_t>(value) & kExponent) == kExponent ? 1u : 0u;

@@ -12,14 +12,14 @@ struct HiddenFile {
   std::filesystem::path path;  // empty: it cannot be made, errno says why
   int fd = -1;                 // open for writing; closing it drops the lock
 };
-// Both makers first remove what killed runs left in `folder`, once per folder and process. They
-// skip a name that exists.
+// Both makers first remove the leftovers of killed runs in `folder`, once per folder and process.
+// They skip a name that exists.
 HiddenFile CreateHiddenFile(const std::filesystem::path& folder);
 
 // Removed with everything in it, unless Keep() was called.
 class HiddenFolder {
  public:
-  // Where it cannot be made, path() is empty and errno says why.
+  // If it cannot be made, path() is empty and errno says why.
   explicit HiddenFolder(const std::filesystem::path& parent);
   ~HiddenFolder();
   HiddenFolder(HiddenFolder&& other) noexcept;

@@ -35,8 +35,8 @@ class InputFile {
 
 // Has the system read a file from the disk, from its begin to its end, as long as this lives: a
 // disk is fastest that way, while codecs make memory ready and then read in many places. Does
-// nothing where the system has the file's end in its memory. A hint: what fails here is told by
-// those who read the file.
+// nothing where the system has the file's end in its memory. A hint: if it fails, those who read
+// the file report it.
 class ReadAhead {
  public:
   explicit ReadAhead(const std::filesystem::path& path);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The files that a run reads, and those of an open scene: no output replaces one of them.
-// ReadFile() and InputFile report what they open, AtomicFile and StagedOutput ask. A file is known
-// by its path without links, because a rename replaces a name.
+// ReadFile() and InputFile report the files that they open, AtomicFile and StagedOutput ask. A file
+// is known by its path without links, because a rename replaces a name.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,7 @@
 
 namespace retint {
 
-// What it knows holds for every output of the process, as long as it lives. Any thread.
+// Its knowledge holds for every output of the process, as long as it lives. Any thread.
 class InputGuard {
  public:
   // kReads: also every file that the process reads while this lives.

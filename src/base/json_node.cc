@@ -57,7 +57,7 @@ class LineReader : public nlohmann::json_sax<Json> {
   bool end_object() override { return End(); }
   bool end_array() override { return End(); }
   bool key(string_t& name) override {
-    // What is below a name has it before its own: few long ones would fill the memory.
+    // Values below a name have it before their own: few long ones would fill the memory.
     constexpr size_t kLongestName = 8192;
     Frame& object = frames_.back();
     object.next = object.name.empty() ? name : object.name + "." + name;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Values of JSON files that know where they stand, so that what is
-// wrong with one is told with its file, its line and its name.
+// Values of JSON files that know where they stand, so that messages about one name its file, its
+// line and its name.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,7 @@ using LineIndex = std::map<std::string, int64_t>;
 // with the line for text that is not JSON and for a key that comes twice in one object.
 Json ParseWithLines(const std::string& text, const std::filesystem::path& path, LineIndex* lines);
 
-// A value of the file and where in the file it stands. What it is made of outlives it.
+// A value of the file and where in the file it stands. Its parts outlive it.
 class Node {
  public:
   Node(const Json& json, const std::filesystem::path& path, std::string name,

@@ -37,7 +37,7 @@ void PopulatePages(void* data, size_t bytes) {
   const uintptr_t end = (reinterpret_cast<uintptr_t>(data) + bytes) / page;
   if (end <= first) return;
 #ifdef MADV_HUGEPAGE
-  // Where the system leaves it to programs. It takes a five-hundredth of the steps.
+  // If the system leaves it to programs. It takes a five-hundredth of the steps.
   madvise(reinterpret_cast<void*>(first * page), (end - first) * page, MADV_HUGEPAGE);
 #endif
   ParallelRanges(int64_t(end - first), kPagesOfPiece, [&](int64_t from, int64_t to) {

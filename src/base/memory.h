@@ -15,8 +15,8 @@ void ReleaseFreedMemory();
 
 // From now on every block of 256 KiB and more has pages of its own, which the system has back as
 // soon as the block is freed. The GNU C library would raise that limit to 32 MiB as such blocks are
-// freed, and keep what lies between blocks that are in use: a third of a session's memory after a
-// fit. For programs that run long; call it before memory is taken. Does nothing with other C
+// freed. It would keep the gaps between blocks that are in use: a third of a session's memory after
+// a fit. For programs that run long; call it before memory is taken. Does nothing with other C
 // libraries.
 void GiveLargeBlocksBackAtOnce();
 

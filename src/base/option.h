@@ -17,7 +17,7 @@
 
 namespace retint {
 
-// Where a number may lie. Not a number lies nowhere.
+// The range of a number. Not a number lies nowhere.
 struct OptionRange {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
@@ -67,14 +67,14 @@ enum class OptionTier {
   kEveryday,    // also as a flag that -h lists
 };
 
-// What an option holds, apart from where: a choice is its name.
+// The value of an option, apart from its place: a choice is its name.
 using OptionValue = std::variant<bool, int64_t, uint64_t, double, std::string>;
 
 struct Option {
   std::string name;  // of the member; the key in files. Unique among those that apply alike
   std::variant<bool*, int*, uint64_t*, double*, OptionChoice> member;
   OptionRange range = {};
-  std::string help = {};     // what it does, in lower case and without a full stop
+  std::string help = {};     // its effect, in lower case and without a full stop
   std::string title = {};    // of its row in a form, where Label() and the unit say little
   std::string unit = {};     // "pixels", of the member's value, which flags, files and Python take
                              // as it is; empty: none, or the help says it
@@ -121,7 +121,7 @@ void DescribePart(Options& part, std::string_view applies, OptionList& list) {
   }
 }
 
-// The list of constant options, for reading: do not Set() what it names.
+// The list of constant options, for reading: do not Set() its members.
 template <typename Options>
 OptionList Described(const Options& options) {
   OptionList list;

@@ -11,10 +11,10 @@ namespace retint::json {
 
 Json OptionsJson(const std::vector<OptionSetting>& settings);
 
-// Sets what the object holds. A key that is missing leaves the value that the option has, so that
-// files of older programs stay readable; keys that no option has are ignored. A key of a group is
-// looked for in the object itself too: version 1 of sessions had no groups. Fail() for a value of
-// another type or out of range.
+// Sets the options that the object holds. A key that is missing leaves the value that the option
+// has, so that files of older programs stay readable; keys that no option has are ignored. A key of
+// a group is looked for in the object itself too: version 1 of sessions had no groups. Fail() for a
+// value of another type or out of range.
 void ReadOptions(const Node& node, const OptionList& options);
 
 // Fail() for a key that is no option's and no group's: for files that people write.

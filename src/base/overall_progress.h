@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One figure for a whole run out of what its stages report to a Monitor.
+// One figure for a whole run out of its stages' reports to a Monitor.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ class OverallProgress {
   // Visits in the order in which they come. Empty: the whole is known at the end only.
   explicit OverallProgress(std::vector<PlannedStage> plan = {});
 
-  // Takes over what a stage reports and returns fraction(). A stage that is not among the visits to
+  // Takes over a stage's report and returns fraction(). A stage that is not among the visits to
   // come changes nothing, and planned visits that are left out count as done.
   double Update(const Progress& progress);
   double fraction() const { return fraction_; }  // of the whole, in [0, 1]; never falls

@@ -8,14 +8,14 @@
 
 namespace retint {
 
-// What ParallelRanges() is made of, for oneTBB to be compiled once: run(body, begin, end) over
-// pieces of [0, count) of about `grain`.
+// The core of ParallelRanges(), for oneTBB to be compiled once: run(body, begin, end) over pieces
+// of [0, count) of about `grain`.
 void ParallelPieces(int64_t count, int64_t grain,
                     void (*run)(const void* body, int64_t begin, int64_t end), const void* body);
 // The same of RunInBackground().
 void RunInBackground(void (*run)(const void* work), const void* work);
 
-// body(begin, end) over pieces of [0, count) of about `grain`. Throws what a piece throws.
+// body(begin, end) over pieces of [0, count) of about `grain`. Throws the exception of a piece.
 template <typename Body>
 void ParallelRanges(int64_t count, int64_t grain, const Body& body) {
   const auto run = [](const void* one, int64_t begin, int64_t end) {
@@ -25,7 +25,7 @@ void ParallelRanges(int64_t count, int64_t grain, const Body& body) {
 }
 
 // `work` on this thread, whose own it is from now on, and its loops wherever nobody else wants a
-// core: for what goes on behind a window that someone works in.
+// core: for work behind a window that someone works in.
 template <typename Work>
 void RunInBackground(const Work& work) {
   RunInBackground([](const void* one) { (*static_cast<const Work*>(one))(); }, &work);

@@ -15,7 +15,7 @@ namespace retint {
 
 enum class PlyType { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
 
-// What a property line announces.
+// The announcement of a property line.
 struct PlyColumn {
   PlyType type = PlyType::kFloat;
   std::optional<PlyType> list_count;  // of a list: the type of its length
@@ -27,8 +27,8 @@ class PlyBody {
   // `file` is the whole file, of which `header` was read. InputError for an unknown format.
   PlyBody(std::string_view file, const PlyHeader& header, const std::filesystem::path& path);
 
-  // The next value. InputError where the file ends or, in ascii, for what is no number (with its
-  // line).
+  // The next value. InputError where the file ends or, in ascii, for text that is no number (with
+  // its line).
   double Value(PlyType type);
   // The next property, a list or not. InputError for a length that no list has.
   void Skip(const PlyColumn& column);
@@ -44,7 +44,7 @@ class PlyBody {
   std::string_view Word();
 
   Format format_ = Format::kAscii;
-  std::string_view text_;  // ascii: what is left
+  std::string_view text_;  // ascii: the rest
   int64_t line_ = 0;
   ByteReader reader_;
 };

@@ -24,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr size_t kLastLines = 20;
-constexpr size_t kLongestLine = 4096;  // bytes; what is longer is taken in pieces
+constexpr size_t kLongestLine = 4096;  // bytes; longer output is taken in pieces
 constexpr int kPollMs = 50;            // how long a cancellation may go unseen
 constexpr int kGraceMs = 2000;
 
@@ -95,7 +95,7 @@ class Running {
   Running(const Running&) = delete;
   Running& operator=(const Running&) = delete;
 
-  // Adds what it has printed to `text`; false once it and its children have closed their output.
+  // Adds its output to `text`; false once it and its children have closed their output.
   bool Read(std::string& text) {
     pollfd ready{output_.ends[0], POLLIN, 0};
     if (poll(&ready, 1, kPollMs) <= 0) return true;

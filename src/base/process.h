@@ -14,8 +14,8 @@ namespace retint {
 
 struct ProcessResult {
   int code = -1;  // exit code; 128 + signal when one ended it
-  // The end of what it printed on stdout and stderr, in the order in which it came: the last lines
-  // that are not blank, at most 20.
+  // The end of its output on stdout and stderr, in the order in which it came: the last lines that
+  // are not blank, at most 20.
   std::vector<std::string> last_lines;
 };
 
@@ -25,9 +25,9 @@ std::filesystem::path FindProgram(const std::filesystem::path& name);
 
 // Runs `program` with `arguments` (no shell takes part; nothing is on its stdin) and waits for it.
 // `on_line`, where given, sees each line that it prints, on this thread. When the monitor is
-// cancelled, the program and what it started are ended, first by SIGTERM, after two seconds by
-// SIGKILL, and Cancelled is thrown; so they are when on_line throws. The program also ends when
-// this process dies. RunError when it cannot be started.
+// cancelled, the program and its children are ended, first by SIGTERM, after two seconds by
+// SIGKILL, and Cancelled is thrown. The same happens when on_line throws. The program also ends
+// when this process dies. RunError when it cannot be started.
 ProcessResult RunProcess(const std::filesystem::path& program,
                          const std::vector<std::string>& arguments, const Monitor& monitor,
                          const std::function<void(std::string_view line)>& on_line = {});

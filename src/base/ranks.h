@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The processes that share one run's views: each, a rank, owns some of them, and what all views
-// add up to is added in the order of the views, so that the sum does not depend on how many ranks
-// there are. All ranks run the same program on the same files and take the same decisions.
+// The processes that share one run's views: each, a rank, owns some of them. Sums over all views
+// are added in the order of the views, so that they do not depend on the number of ranks. All ranks
+// run the same program on the same files and take the same decisions.
 //
 // Every function that is marked collective must be called by all ranks in the same order, from one
 // thread. An ordinary start is a single rank, for which they do nothing.
@@ -30,10 +30,11 @@ class DeviceLink {
  public:
   virtual ~DeviceLink() = default;
   virtual std::string Name() const = 0;  // "NCCL 2.28.9"
-  // Whether a transfer would start at once; else it first waits for what is still being set up.
+  // Whether a transfer would start at once; else it first waits for the links that are still being
+  // set up.
   virtual bool IsReady() = 0;
-  // Collective. Starts all transfers at once, in the order of what is queued on `stream` (null: in
-  // place). What a rank sends to another arrives there in the order of the lists.
+  // Collective. Starts all transfers at once, in the order of the work queued on `stream` (null: in
+  // place). The arrays of a rank arrive at another in the order of the lists.
   virtual void Transfer(std::span<const DeviceTransfer> sends,
                         std::span<const DeviceTransfer> receives, void* stream) = 0;
 };
@@ -52,9 +53,9 @@ class Ranks {
 
   // Collective. `data` of the rank `from` replaces that of the others; of the same size everywhere.
   void Broadcast(std::span<std::byte> data, int from);
-  // Collective. What every rank has, by rank; of any sizes.
+  // Collective. The data of every rank, by rank; of any sizes.
   std::vector<std::string> AllGather(std::string_view mine);
-  // Collective. `outgoing[r]` goes to rank r; returns what came from each, by rank.
+  // Collective. `outgoing[r]` goes to rank r; returns the data from each, by rank.
   std::vector<std::string> Exchange(const std::vector<std::string>& outgoing);
   // Collective. True where any rank says so.
   bool Any(bool mine);
@@ -101,7 +102,7 @@ class Ranks {
   virtual void FinishSends() = 0;
   // Null where there is none, and why in `fault`; the same on all ranks.
   virtual std::unique_ptr<DeviceLink> DoLinkDevices(const std::string& device, std::string* fault);
-  // Ends what a link started, which needs the other ranks.
+  // Ends the work that a link started, which needs the other ranks.
   void Unlink() { link_.reset(); }
 
  private:

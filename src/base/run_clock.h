@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a run says of itself: the program's version, its memory, and its time by stage.
+// The figures of a run: the program's version, its memory, and its time by stage.
 #pragma once
 
 #include <chrono>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Results of stages on disk, by what they were computed from: a stage whose inputs did not change
-// is read instead of computed again. An entry is a folder <stage>-<32 hexadecimal digits>, put in
-// place whole, so that a job that is cut off leaves every stage that it finished.
+// Results of stages on disk, by their inputs: a stage whose inputs did not change is read instead
+// of computed again. An entry is a folder <stage>-<32 hexadecimal digits>, put in place whole, so
+// that a job that is cut off leaves every stage that it finished.
 #pragma once
 
 #include <cstdint>
@@ -47,7 +47,7 @@ class StageCache {
   void Write(const std::string& stage, const std::string& key,
              const std::function<void(const std::filesystem::path& folder)>& write);
   // Removes the entries that were not used for longest until the rest have at most `most_bytes`.
-  // What Read() found or Write() put there since this object was made is kept.
+  // Entries that Read() found or Write() put there since this object was made are kept.
   void Trim(uint64_t most_bytes);
 
  private:

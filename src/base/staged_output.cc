@@ -147,7 +147,7 @@ void StagedOutput::Add(const fs::path& target, const std::function<void(const fs
   } catch (const RunError& error) {
     RethrowNaming(error, staged, target);
   }
-  // What was written beside it goes beside it, and first.
+  // Files written beside it go beside it, and first.
   std::error_code code;
   for (const fs::path& path : ListFolder(staged.parent_path(), &code)) {
     if (path != staged) Place(path, target.parent_path() / path.filename());

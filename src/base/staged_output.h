@@ -18,7 +18,7 @@ namespace retint {
 // permission. Creates nothing.
 void CheckOutput(const std::filesystem::path& path, bool as_folder = false);
 
-// A file of a command or a job, and what it is called there.
+// A file of a command or a job, and its name there.
 struct NamedFile {
   std::string name;
   std::filesystem::path path;

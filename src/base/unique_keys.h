@@ -12,8 +12,8 @@
 
 namespace retint {
 
-// The value that `text` stands for. OptionError naming the key that comes twice; else what
-// Json::parse throws.
+// The value that `text` stands for. OptionError naming the key that comes twice; else the exception
+// of Json::parse.
 template <typename Json>
 Json ParseWithUniqueKeys(std::string_view text) {
   std::vector<std::set<std::string>> open;  // keys of the objects around the place

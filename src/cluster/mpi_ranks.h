@@ -9,8 +9,8 @@
 
 namespace retint {
 
-// What the program that started this process says of it; asks nothing of MPI. With RETINT_MPI=off
-// in the environment every process is alone.
+// The launcher's description of this process; asks nothing of MPI. With RETINT_MPI=off in the
+// environment every process is alone.
 struct Launch {
   int rank = 0, size = 1;              // of all processes
   int local_rank = 0, local_size = 1;  // of those on this machine
@@ -27,11 +27,11 @@ std::string MpiLibrary();
 std::unique_ptr<Ranks> JoinMpi();
 
 // Ends all processes of the run with this exit code, at once. Only between JoinMpi() and the end of
-// what it returned.
+// the object that it returned.
 [[noreturn]] void AbortMpi(int code);
 
 // Gives the rank a GPU of its own by its place on the machine, before CUDA is first used: through
-// CUDA_VISIBLE_DEVICES, of whose devices it takes one where that is set. Where there are fewer GPUs
+// CUDA_VISIBLE_DEVICES, of whose devices it takes one where that is set. If there are fewer GPUs
 // than ranks, they are shared in turn.
 void ChooseDevice(const Launch& launch);
 

@@ -12,7 +12,7 @@
 
 namespace retint {
 
-// What names a group of ranks to NCCL: made by one of them, known to all. ncclUniqueId.
+// The name of a group of ranks for NCCL: made by one of them, known to all. ncclUniqueId.
 struct NcclId {
   std::array<char, 128> bytes{};
 };

@@ -26,8 +26,8 @@ struct ColmapDepthOptions {
 class ColmapDepthEstimator : public DepthEstimator {
  public:
   // Finds the maps, geometric before photometric; they are read when they are needed. `fallback`,
-  // when given, fills what no map sees with the Gaussians' depth, and outlives the estimator.
-  // InputError when the workspace has no depth map, or has them for distorted cameras.
+  // when given, fills pixels that no map sees with the Gaussians' depth, and outlives the
+  // estimator. InputError when the workspace has no depth map, or has them for distorted cameras.
   explicit ColmapDepthEstimator(const Workspace& workspace, const ColmapDepthOptions& options = {},
                                 Renderer* fallback = nullptr);
   // A map may have any resolution: it covers its camera's whole image. InputError for a damaged

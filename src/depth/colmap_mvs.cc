@@ -31,7 +31,7 @@ constexpr double kNearQuantile = 0.005, kFarQuantile = 0.995, kMargin = 1.3;
 // COLMAP passes over the image in four directions, five times.
 constexpr int kSweeps = 20;
 constexpr size_t kToldLines = 3;
-// In degrees: what is three or four times as far as the median is still measured.
+// In degrees: a surface three or four times as far as the median is still measured.
 constexpr const char* kSmallestAngle = "1";
 
 struct DepthRange {

@@ -25,8 +25,8 @@ struct ColmapMvsOptions {
 
 class ColmapMvsEstimator : public DepthEstimator {
  public:
-  // `renderer` outlives the estimator; it also fills what COLMAP could not measure. OptionError
-  // when there is no such program.
+  // `renderer` outlives the estimator; it also fills pixels that COLMAP could not measure.
+  // OptionError when there is no such program.
   explicit ColmapMvsEstimator(Renderer& renderer, const ColmapMvsOptions& options = {});
   // Cancelling ends the program. RunError with the last lines that it printed when it fails;
   // a program without CUDA is told as such.

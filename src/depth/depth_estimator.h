@@ -18,8 +18,8 @@ struct DepthEstimate {
   Mask valid;      // 255 measured by the method itself, 0 filled from the rough depth or unknown
   double valid_fraction = 0;  // of all pixels that were asked for
   std::string method;         // the name in DepthMethods()
-  std::string reason;         // one line: what was done, or why pixels are not valid
-  std::string warning;        // one line: what was asked for and not done; empty: nothing
+  std::string reason;         // one line: the work done, or why pixels are not valid
+  std::string warning;        // one line: the requested part that was not done; empty: none
 };
 
 class DepthEstimator {

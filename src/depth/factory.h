@@ -27,7 +27,8 @@ struct DepthOptions {
 
 // "gaussian", "stereo-hv", "colmap", "colmap-mvs".
 std::vector<std::string> DepthMethods();
-// The same with what each is: "gaussian (the splat's own), stereo-hv (rendered pairs) or ...".
+// The same with a description of each: "gaussian (the splat's own), stereo-hv (rendered pairs) or
+// ...".
 std::string DepthMethodsHelp();
 
 // OptionError for an unknown method or bad options. "colmap" needs the workspace (OptionError

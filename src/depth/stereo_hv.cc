@@ -37,7 +37,7 @@ std::string Short(double value) {
 }
 
 // What a view makes of a baseline that was given: OptionError where even its farthest surfaces
-// leave the image, a warning where not even its nearest move. Both name what is between.
+// leave the image, a warning where not even its nearest move. Both name the range between.
 std::string CheckGivenBaseline(const Camera& camera, const RoughDepths& rough, double baseline) {
   const double least = kLeastDisparity * rough.near / camera.fx();
   const double most = camera.width * rough.far / camera.fx();
@@ -115,7 +115,7 @@ class Estimation {
     return Finish();
   }
 
-  // What RenderPlates() will look through, whichever matcher is taken, and the view itself.
+  // The cameras of RenderPlates(), whichever matcher is taken, and the view itself.
   std::vector<PosedCamera> Cameras(bool census) {
     FindSearch();
     if (census) FitCensus(search_.range);
@@ -274,7 +274,7 @@ class Estimation {
     stereo_.Fuse(fuse);
   }
 
-  // What arbitration and refinement have in common.
+  // Shared by arbitration and refinement.
   template <typename Params>
   Params OverViews() const {
     Params params{};

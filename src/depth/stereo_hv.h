@@ -33,8 +33,8 @@ struct StereoHvOptions {
   double median_disparity = 0.05;  // of the image's width: where the automatic baseline puts it
   int max_disparities = 128;       // search range, pixels; a multiple of 16
   StereoAggregate aggregate = StereoAggregate::kAgree;
-  bool both_sides = true;           // pairs to the left and above too, so that what one side hides
-                                    // is measured from the other; the paper's has right and below
+  bool both_sides = true;  // pairs to the left and above too, so that surfaces that one side hides
+                           // is measured from the other; the paper's has right and below
   double left_right_tolerance = 1;  // pixels between the two directions of a pair
   double agree_tolerance = 1;       // pixels between pairs
   bool arbitrate =
@@ -72,9 +72,9 @@ class StereoHvEstimator : public DepthEstimator {
   // Pixels that no pair measures are filled with the Gaussians' own depth and marked invalid.
   // InputError when the view sees no Gaussian. OptionError for a given baseline that moves even the
   // farthest surfaces by more than the image's width; one that moves not even the nearest by a
-  // sixteenth of a pixel is a warning. Where a device has no room, the host does it all.
+  // sixteenth of a pixel is a warning. If a device has no room, the host does it all.
   DepthEstimate Estimate(const PosedCamera& view, Monitor& monitor) override;
-  // The baseline is that of the whole view; what is rendered, searched and matched is of the part.
+  // The baseline is that of the whole view; only the part is rendered, searched and matched.
   DepthEstimate EstimatePart(const PosedCamera& view, const GridRect& part,
                              Monitor& monitor) override;
   std::vector<PosedCamera> Cameras(const PosedCamera& view, Monitor& monitor) override;

@@ -13,7 +13,7 @@
 
 namespace retint {
 
-// Where the second camera of a pair stands, along the first one's axes.
+// The place of a pair's second camera, along the first one's axes.
 enum class Shift { kRight, kLeft, kDown, kUp };
 
 // By which the content of the shifted view moves, per pixel of disparity.
@@ -30,7 +30,7 @@ PosedCamera ShiftCamera(const PosedCamera& view, Shift shift, double baseline);
 GridRect PairRect(const Camera& camera, Shift shift, int padding);
 
 GridRect Union(const GridRect& a, const GridRect& b);
-// The pairs of a view, and what DepthEstimate says of them.
+// The pairs of a view, and their part of DepthEstimate.
 std::vector<Shift> ShiftsOf(const StereoHvOptions& options);
 std::string StereoReason(size_t num_pairs, const StereoSearch& search, double valid_fraction);
 

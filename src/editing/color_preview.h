@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The coefficients of a scene whose regions change their colors, again and again: what is fitted as
+// The coefficients of a scene whose regions change their colors, again and again: fitted regions as
 // fitted, the rest in closed form. Only the Gaussians that some region touches are computed and
 // written, into arrays that are used again, so that a change of color costs next to nothing.
 #pragma once

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What was changed in the pictures of views that a paint program edited.
+// The changes in pictures of views that a paint program edited.
 #pragma once
 
 #include <filesystem>
@@ -19,12 +19,12 @@ namespace retint {
 // no picture or not of its view's or photo's size, or when there is no such view.
 void ReadPictures(ColorOperation& op, const Workspace& workspace);
 
-// What ComparePictures() will read for `op`: its pictures, and the photos that they may be of.
-// Nothing where that is done or `op` is no kPicture.
+// The files that ComparePictures() will read for `op`: its pictures, and the photos that they may
+// be of. Nothing where that is done or `op` is no kPicture.
 std::vector<std::filesystem::path> FilesCompared(const ColorOperation& op,
                                                  const Workspace& workspace);
 
-// Where pictures that were read differ from their views, by more than can hardly be seen: the
+// The pixels in which pictures that were read visibly differ from their views. This is the
 // selection that was painted with them, by the views' names, as `op` is told. Of paint that no
 // color map explains, a little beside it is selected too, for the Gaussians that show it reach
 // beyond. A view is rendered with the coefficients `sh` [N, K, 3], or its photo is taken, whichever

@@ -38,8 +38,8 @@ class EditSession {
   const RegionStore& store() const { return store_; }
   RefitService& refits() { return refits_; }
   const RefitService& refits() const { return refits_; }
-  // For people, one line each: the workspace's, what of the splat's file is not used, and what of a
-  // saved session could not be read.
+  // For people, one line each: the workspace's, and the unused parts of the splat's file and the
+  // unreadable ones of a saved session.
   const std::vector<std::string>& warnings() const { return warnings_; }
   void Warn(std::string warning) { warnings_.push_back(std::move(warning)); }
 

@@ -39,7 +39,7 @@ inline constexpr double kMuchPaint = 0.5;
 // Which detail the Gaussians let a region's paint have in the painted views. Each counts as its
 // opacity times its area there.
 struct PaintDetail {
-  double on_large = 0;  // the share of what shows that is on Gaussians longer than 3 pixels
+  double on_large = 0;  // the fraction of the visible weight on Gaussians longer than 3 pixels
   double pixels = 0;    // their mean length, standard deviation; 0: there are none
   bool IsTorn() const { return on_large >= kMuchPaint; }
   // "97 % of the paint is on Gaussians too large for stripes or letters", and what is to be

@@ -25,7 +25,7 @@ class EditHistory {
   // Replaces the fit of a region of the current state: derived data, not an edit.
   void SetFit(RegionId id, std::shared_ptr<const RegionFit> fit);
 
-  // Makes `state` current and forgets what was undone. A non-empty `merge_key` equal to the last
+  // Makes `state` current and forgets undone states. A non-empty `merge_key` equal to the last
   // edit's replaces that edit, so that a drag of a slider is one step; EndMerge() ends the drag.
   void Push(std::string label, RegionSet state, std::string_view merge_key = "");
   void EndMerge() { entries_[cursor_].merge_key.clear(); }

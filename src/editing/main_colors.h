@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Measures what edits need to know of a region's colors. Internal.
+// Measures the colors of a region that edits need. Internal.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// From the difference between a picture and its view to what was painted there.
+// From the difference between a picture and its view to the paint there.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@
 
 namespace retint {
 
-// DeltaE00 between a picture and the view that it was made from, above which it was changed: 2,
-// below which a change is not seen, or more where the whole picture is as noisy as a JPEG file's.
+// DeltaE00 between a picture and the view that it was made from, above which it was changed. It is
+// 2, below which nobody sees a change, or more if the whole picture is as noisy as a JPEG file.
 float LeastChange(const Image8& picture, const Image& view);
 
 // How many pixels differ by more than `least`.
@@ -37,14 +37,14 @@ void DropStray(ScalarImage& difference, const ScalarImage& least);
 // end, some pixels wide, that lie behind, past a jump in `depth` [H, W].
 Mask WithoutSpill(Mask mask, const DepthMap& depth);
 
-// The mask and the pixels around, up to 1.5 % of the smaller side away: lettering and what is
-// between and beside it.
+// The mask and the pixels around, up to 1.5 % of the smaller side away: lettering and its
+// surroundings.
 Mask Widened(Mask mask);
 
 // What was painted on a view inside `inside`: where `difference` from what the rest of the edit
-// makes of the view is more than `least`, and what lies in narrow gaps between. Where the selection
-// ends, the paint goes on for two pixels in the colors that it has nearby, for views whose pixels
-// reach a little farther. All have the view's size. None where nothing was painted.
+// makes of the view is more than `least`, and what lies in narrow gaps between. At the end of the
+// selection, the paint goes on for two pixels in the colors that it has nearby, for views whose
+// pixels reach a little farther. All have the view's size. None where nothing was painted.
 std::optional<PaintLayer> PaintedLayer(const std::string& view, Image8 picture,
                                        const ScalarImage& difference, const ScalarImage& least,
                                        const Mask& inside);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The refit of several regions, one after the other: region k starts from, and aims at an edit of,
-// what the regions before it left. Regions whose fit is up to date are not fitted again.
+// The refit of several regions, one after the other: region k starts from the result of the regions
+// before it, and aims at an edit of it. Regions whose fit is up to date are not fitted again.
 #pragma once
 
 #include <map>

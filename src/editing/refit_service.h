@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The fits of a scene's regions, in the foreground or on a thread of its own, the coefficients that
-// they make, and what an edit did to the views.
+// they make, and the effect of an edit on the views.
 //
-// The background optimizer works on copies and renders through a Renderer of its own; what it
-// publishes is fetched by NewestSnapshot(), which any thread may call.
+// The background optimizer works on copies and renders through a Renderer of its own;
+// NewestSnapshot(), which any thread may call, fetches its results.
 #pragma once
 
 #include <cstddef>
@@ -30,8 +30,8 @@ class RefitService {
 
   // Refits every visible region whose fit is out of date, in order, here and now.
   void Refit(const RefitJob& job, Monitor& monitor);
-  // The same on the background thread, starting from what is up to date. Snapshots begin with the
-  // closed form. Photos, where they are the target, are read before this returns.
+  // The same on the background thread, starting from the regions that are up to date. Snapshots
+  // begin with the closed form. Photos, where they are the target, are read before this returns.
   uint64_t Start(const RefitJob& job, Monitor& monitor);
   BackgroundOptimizer& optimizer();
   std::shared_ptr<const ShSnapshot> NewestSnapshot() { return optimizer().Newest(); }
@@ -53,8 +53,8 @@ class RefitService {
   QualityReport Evaluate(RegionId id, std::span<const float> sh_before,
                          std::span<const float> sh_after, TargetKind target, Monitor& monitor,
                          size_t most_views = 0, int row_step = 1);
-  // What the visible regions' edits make of a picture of one view: every edit painted over it in
-  // order. Not clamped.
+  // A picture of one view after the visible regions' edits: every edit painted over it in order.
+  // Not clamped.
   Image Edited(const View& view, Image picture) const;
 
   // What a picture of one view is before the picture step of a region's edit, or after all its
@@ -66,7 +66,7 @@ class RefitService {
   PictureStep PictureStepOf(RegionId id, const View& view, TargetKind target);
 
  private:
-  // What a region's edit, or another in its place, makes of a picture of one view.
+  // A picture of one view after a region's edit, or another in its place.
   void ApplyEdit(const Region& region, const ColorEdit& edit, const View& view,
                  Image& picture) const;
   // Of `views`, at most so many of them (0: all). With the photos of the own views (ViewReducer),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Regions: what the user selected and what is done to it, as values. States share their heavy parts
+// Regions: selections of the user and their edits, as values. States share their heavy parts
 // (masks, shares, fits), which are immutable once published, so that copying a state for the undo
 // history costs a few pointers.
 #pragma once

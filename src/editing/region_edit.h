@@ -36,7 +36,7 @@ using RegionEdit = std::variant<SetEdit, SetVisible, RenameRegion, MoveRegion, R
 inline RegionId IdOf(const RegionEdit& edit) {
   return std::visit([](const auto& one) { return one.id; }, edit);
 }
-// What the history calls it: "Gradient in vase". `regions` are those before it, with its own among
+// Its name in the history: "Gradient in vase". `regions` are those before it, with its own among
 // them.
 std::string LabelOf(const RegionEdit& edit, const RegionSet& regions);
 // Changes nothing if its region is not among them.

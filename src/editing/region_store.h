@@ -33,7 +33,7 @@ class RegionStore {
   // A copy of a region above it, "NAME copy"; shares its selection.
   RegionId Duplicate(RegionId id);
   // One step of the history; those of one non-empty `merge_key` are one together. OptionError for
-  // an edit or a strength that is none. What an edit measures is measured here.
+  // an edit or a strength that is none. The measurements of an edit are made here.
   void Do(RegionEdit edit, std::string_view merge_key = "");
   // Starts the history from regions that were saved and the job whose fits they hold. InputError
   // when they do not belong to this scene; then nothing is changed.

@@ -91,7 +91,7 @@ class Comparison {
     return sum / double(targets_.size());
   }
 
-  // What moves the scene's center as `splat_from_world` does, and does nothing else.
+  // The similarity that moves the scene's center as `splat_from_world` does, and does nothing else.
   Sim3d TranslationOf(const Sim3d& splat_from_world) const {
     Sim3d moved;
     moved.translation = center_ - splat_from_world.Inverse() * center_;
@@ -250,7 +250,7 @@ std::vector<Start> Starts(const Workspace& workspace, const GaussianModel& model
 AlignResult ByPhotos(Comparison& comparison, std::vector<Start> starts) {
   constexpr int kCoarseRounds = 12, kRounds = 15;
   constexpr size_t kRefined = 5, kFinished = 2;
-  constexpr double kNothingInCommon = 9;  // dB: below what a single color for all reaches
+  constexpr double kNothingInCommon = 9;  // dB: below the PSNR of a single color for all
   const size_t finest = std::size(kLevelSteps) - 1;
   const Start given = starts.front();
   AlignResult result;

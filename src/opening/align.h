@@ -26,7 +26,7 @@ struct AlignOptions {
 
 struct AlignResult {
   Sim3d world_from_splat;
-  std::string source;  // what the similarity began from: "identity", "given", a file, "points"
+  std::string source;  // the start of the similarity: "identity", "given", a file, "points"
   // Mean PSNR of the renders against the photos, dB, as given and aligned; NaN without photos.
   double psnr_before = 0, psnr_after = 0;
 };
@@ -35,8 +35,8 @@ struct ReducedPhoto {
   Image photo;
   Camera camera;
 };
-// Every pixel the mean of `step` x `step` of a pinhole camera's photo. What does not fill a pixel
-// is cut off on the right and below.
+// Every pixel the mean of `step` x `step` of a pinhole camera's photo. Columns and rows that do not
+// fill a pixel are cut off on the right and below.
 ReducedPhoto Reduced(const Image& photo, const Camera& camera, int step);
 
 // Files that may hold the similarity: dataparser_transforms.json beside the splat, in the

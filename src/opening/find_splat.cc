@@ -21,7 +21,7 @@ bool IsGeneral(std::string_view extension) {
          extension.starts_with(".usd");
 }
 
-// What stands before a splat's extension, "splat" of "splat.ply"; empty for other files.
+// The part of a name before a splat's extension, "splat" of "splat.ply"; empty for other files.
 std::string SplatStem(const fs::path& path) {
   const std::string name = path.filename().string();
   std::string lower = name;

@@ -28,7 +28,7 @@ Workspace PlacedViews(const GaussianModel& model, const SessionOptions& options,
   return PlaceViewsOnce(OpenBackend(options.backend), model, views, CacheFolder(), monitor);
 }
 
-// Beside the reading, of the same cached pages; what is saved later refers to these bytes.
+// Beside the reading, of the same cached pages; sessions saved later refer to these bytes.
 std::shared_future<FileChecksum> StartChecksum(const fs::path& splat) {
   return std::async(std::launch::async, [splat] { return ChecksumSplat(splat); });
 }

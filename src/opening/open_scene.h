@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A workspace and a splat, found, read and ready to render: what every part of a session works on.
+// A workspace and a splat, found, read and ready to render: the base of every part of a session.
 #pragma once
 
 #include <array>
@@ -35,12 +35,12 @@ Workspace OpenWorkspace(const std::filesystem::path& folder, const SessionOption
 struct SessionOptions {
   std::string backend = "auto";                        // "auto", "cpu" or "cuda"
   size_t cache_bytes = RendererOptions().cache_bytes;  // of the per-view geometry cache
-  size_t photo_bytes = SIZE_MAX;  // of photos that are targets; what is more is read again
+  size_t photo_bytes = SIZE_MAX;  // of photos that are targets; further photos are read again
   size_t history_bytes = size_t{512} << 20;     // of the undo history
   std::array<float, 3> background = {0, 0, 0};  // behind the Gaussians, RGB
   std::filesystem::path image_folder;           // photos; empty: found in the workspace
   std::string model;  // folder of the sparse model, below the workspace; empty: the largest
-  // Where the splat lies in the workspace's world. Cameras, points and depth maps are moved into
+  // The place of the splat in the workspace's world. Cameras, points and depth maps are moved into
   // the splat's frame, so that the splat itself keeps every bit.
   Sim3d world_from_splat;
   // Of a splat without a workspace: how many views are placed around it, or the COLMAP model that
@@ -105,7 +105,7 @@ class OpenScene {
   std::unique_ptr<Renderer> MakeRenderer() const;
   // Of a splat alone: the views that were placed around it; else null.
   const std::shared_ptr<const Reconstruction>& placed_views() const { return placed_views_; }
-  // What the user sees and names, in the pixels of options().pixels.
+  // The pictures that the user sees and names, in the pixels of options().pixels.
   Pictures pictures() const { return Pictures(workspace(), options_.pixels); }
   StageClock& clock() { return clock_; }
   const StageClock& clock() const { return clock_; }

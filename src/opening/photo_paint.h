@@ -18,8 +18,8 @@ PosedCamera PosedPhoto(const Workspace& workspace, const DistortedPhoto& photo);
 PosedCamera PosedPicture(const Workspace& workspace, const UserPicture& picture);
 
 inline bool IsOnPhoto(const PaintedView& painted) { return !painted.camera.camera.IsPinhole(); }
-// The views that show what is painted on: itself, unless it is on a photo. InputError when the
-// workspace has no photo of that name and size. The same for what follows.
+// The views that show the painted picture: itself, unless it is a photo. InputError when the
+// workspace has no photo of that name and size. The same for the next function.
 std::vector<std::string> PaintedNames(const Workspace& workspace, const PaintedView& painted);
 
 // The paint as each of these views has it, `seen` where the photo reaches; what is not on a photo
@@ -29,7 +29,7 @@ std::vector<PaintedView> OnViews(const Workspace& workspace, const PaintedView& 
 // unless all are.
 std::vector<PaintedView> OnViews(const Workspace& workspace,
                                  const std::vector<PaintedView>& painted);
-// Back: masks of each of the views as one in the pixels of what is painted on.
+// Back: masks of each of the views as one in the pixels of the painted picture.
 Mask FromViews(const Workspace& workspace, const PaintedView& painted, std::vector<Mask> on_views);
 
 }  // namespace retint

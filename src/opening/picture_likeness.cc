@@ -45,7 +45,7 @@ double MeanDifference(const Image8& picture, const Image& view) {
   for (size_t i = 0; i < view.data.size(); i += 7) {
     differences.push_back(std::abs(static_cast<float>(picture.data[i]) / 255 - view.data[i]));
   }
-  // The median: what was painted does not count.
+  // The median: painted pixels do not count.
   const auto middle = differences.begin() + static_cast<ptrdiff_t>(differences.size() / 2);
   std::nth_element(differences.begin(), middle, differences.end());
   double sum = 0;

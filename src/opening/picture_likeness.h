@@ -7,7 +7,7 @@
 namespace retint {
 
 // The mean difference, 0 to 1, between a picture and a view of its size in the half of their values
-// that differ least: what was painted does not count.
+// that differ least: painted pixels do not count.
 double MeanDifference(const Image8& picture, const Image& view);
 
 // Of how much neighboring pixels differ in a picture and in a view of its size, both at a quarter

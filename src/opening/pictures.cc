@@ -21,7 +21,7 @@ namespace {
 // brightest. Masks that are soft everywhere are told from photos by their edges.
 constexpr double kLeastSoft = 0.3;    // of the pixels
 constexpr double kLeastEdges = 0.35;  // EdgeCorrelation() of a view's photo and its render
-// Strokes: of the brightest, 255; less is what JPEG leaves beside them.
+// Strokes: of the brightest, 255; less is noise of a JPEG beside them.
 constexpr uint8_t kLeastPaint = 64;
 
 bool LooksLikeAPhoto(const Mask& mask) {

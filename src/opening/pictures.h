@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The pictures that a user sees and names: photos in their own pixels, or the pinhole views that
 // show them. Masks come in and masks, renders and depth maps go out as these; in between everything
-// works on views. Where no camera is distorted the two are the same, bit for bit.
+// works on views. If no camera is distorted, the two are the same, bit for bit.
 #pragma once
 
 #include <functional>
@@ -42,7 +42,7 @@ class Pictures {
   const UserPicture& Of(const View& view) const { return all_[picture_of_.at(&view)]; }
   // The one of that name or, failing that, the one that shows the view of that name; null for none.
   const UserPicture* Find(std::string_view name) const;
-  // What is painted at once: a picture each.
+  // The pictures that are painted at once.
   std::vector<ViewGroup> Groups() const;
   // The picture of that name; of a photo whose views are wanted, each of these. InputError with the
   // nearest names when there is none.

@@ -19,7 +19,7 @@ struct ColoredCloud {
 };
 
 ColoredCloud CloudOf(const Reconstruction& model);  // the sparse points
-ColoredCloud CloudOf(const GaussianModel& model);   // centers and base colors of what can be seen
+ColoredCloud CloudOf(const GaussianModel& model);   // centers and base colors of visible Gaussians
 
 struct RegisteredCloud {
   Sim3d to_from_from;  // x_in_to = to_from_from * x_in_from

@@ -57,7 +57,7 @@ Mask Reduced(const Mask& mask, int step) {
   return small;
 }
 
-// Leaves of `reach` what a render covers, unless that is next to nothing.
+// Keeps of `reach` the pixels that a render covers, unless they are next to none.
 void KeepCovered(const ScalarImage& alpha, Mask* reach) {
   constexpr float kCovered = 0.5F;
   constexpr size_t kLeastShare = 100;  // a hundredth
@@ -101,8 +101,8 @@ double MovedPsnr(const Image& render, const Image& photo, int right, int down, i
   return -10 * std::log10(std::max(sum / count, 1e-10));
 }
 
-// Where a splat lies elsewhere in the world than its photos say, its render shows things beside
-// their place.
+// If a splat lies elsewhere in the world than its photos say, its render shows things beside their
+// place.
 void MoveAbout(const Image& render, const Image& photo, ViewComparison* comparison) {
   constexpr int kLongest = 200, kStep = 2;  // pixels
   const int longest = std::max(photo.width, photo.height);
@@ -193,7 +193,7 @@ std::string MissingPhotos(const SceneCheck& check) {
   return check.missing_photos.size() > kNamesShown ? line + ", ..." : line;
 }
 
-// What the comparisons have in the middle.
+// The median of the comparisons.
 void TakeMedians(SceneCheck* check) {
   std::vector<double> psnr, coverage, gain, moved, near;
   for (const ViewComparison& one : check->comparisons) {

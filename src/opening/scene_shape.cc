@@ -60,7 +60,8 @@ double Radius(const std::vector<Sample>& samples, const Eigen::Vector3d& center,
   return Quantile(distances, share);
 }
 
-// The median by axis, then again of what is near, so that a one-sided background does not pull it.
+// The median by axis, then again of the near Gaussians, so that a one-sided background does not
+// pull it.
 Eigen::Vector3d Center(const std::vector<Sample>& samples) {
   constexpr int kRounds = 4;
   constexpr double kNear = 2;  // times the distance within which half lies

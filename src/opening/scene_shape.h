@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where a splat's scene is, how large it is and which way is up, from the Gaussians alone.
+// The place, the size and the up direction of a splat's scene, only from the Gaussians.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 namespace retint {
 
 struct SceneShape {
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();  // of what most Gaussians belong to
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();  // of the part to which most Gaussians belong
   // Distances from the center within which half and 85 % of the opacity lies, world units; above 0.
   double inner_radius = 1, outer_radius = 1;
   Eigen::Vector3d up = -Eigen::Vector3d::UnitY();  // unit

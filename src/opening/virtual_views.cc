@@ -35,7 +35,7 @@ constexpr uint64_t kMostKeptBytes = uint64_t{64} << 20;
 struct Candidate {
   PosedCamera view;
   std::tuple<bool, int, int, int> order;  // inside, height, around, distance
-  double quality = 0;                     // of what is seen; 0: of no use
+  double quality = 0;                     // of the visible part; 0: of no use
   double trust = 1;                       // that it is where one would stand
   std::vector<uint8_t> seen = {};         // [judged] 255: very well
   DepthMap depth = {};
@@ -235,7 +235,7 @@ void Normalize(std::vector<Candidate>& candidates) {
   }
 }
 
-// What Gaussian g is worth: fading where there is only background.
+// The worth of Gaussian g: it fades where there is only background.
 std::vector<double> Weights(const GaussianModel& model, const SceneShape& shape) {
   std::vector<double> weights(model.NumGaussians());
   for (size_t i = 0; i < weights.size(); ++i) {

@@ -41,8 +41,8 @@ Workspace PlaceViewsOnce(const std::shared_ptr<Backend>& backend, const Gaussian
                          const VirtualViewOptions& options, const std::filesystem::path& cache,
                          Monitor& monitor);
 
-// Where the programs keep what takes long to compute: $RETINT_CACHE, else retint in $XDG_CACHE_HOME
-// or ~/.cache. Empty where RETINT_CACHE is, or where there is no home.
+// The folder in which the programs keep results that take long to compute: $RETINT_CACHE, else
+// retint in $XDG_CACHE_HOME or ~/.cache. Empty where RETINT_CACHE is, or where there is no home.
 std::filesystem::path CacheFolder();
 
 // Views that were placed before: the COLMAP model in `folder`. InputError as Workspace::Open().

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Internal to out_of_core: what an index needs of each Gaussian, in the order of a curve through
-// the scene, however many there are.
+// Internal to out_of_core: the index's entries of Gaussians, in the order of a curve through the
+// scene, however many there are.
 #pragma once
 
 #include <array>
@@ -31,7 +31,7 @@ struct PlacedEntry {
 };
 
 // A Morton curve for each class of size: one large Gaussian among small ones would make their
-// block's bounds as large as its own. The grid spans the bulk of a sample; what lies beyond is put
+// block's bounds as large as its own. The grid spans the bulk of a sample; Gaussians beyond are put
 // on its border, which makes blocks looser there, never wrong.
 class MortonCurve {
  public:
@@ -46,9 +46,9 @@ class MortonCurve {
   double extent_ = 0, small_ = 0;
 };
 
-// External merge sort: entries are sorted some at a time. Where not all of them fit, those sorted
-// so far become a run in a file without a name, of 20 bytes an entry, and the runs are merged. The
-// order is that of (code, record), and so does not depend on what fits. RunError when the file
+// External merge sort: entries are sorted some at a time. If not all of them fit, those sorted so
+// far become a run in a file without a name, of 20 bytes an entry, and the runs are merged. The
+// order is that of (code, record), and so does not depend on the memory. RunError when the file
 // cannot be written.
 class EntrySorter {
  public:

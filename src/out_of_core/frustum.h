@@ -14,9 +14,9 @@ struct GaussianBounds {
   float sigma = 0;
 };
 
-// Conservative: what it says that a view does not see, the projection of
-// kernels/common/projection.h culls. So a view renders the same bits from the Gaussians that it may
-// see as from all.
+// Conservative: if it says that a view does not see a Gaussian, the projection of
+// kernels/common/projection.h culls it. So a view renders the same bits from the Gaussians that it
+// may see as from all.
 //
 // With x = fx X/Z + cx and a half width of at most r s(x) pixels, s(x)^2 = sigma^2 (fx/Z)^2 (1 +
 // u^2)

@@ -26,7 +26,7 @@ struct IndexHeader {
   uint64_t num_blocks;
   uint64_t table_offset;
   uint64_t table_xxh64;
-  uint64_t header_xxh64;  // of what stands before
+  uint64_t header_xxh64;  // of the bytes before
 };
 static_assert(sizeof(IndexHeader) == 96);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What lies where in a splat file: blocks of Gaussians that are neighbors in space, with their
-// bounds and the numbers of their records. The file's records stay where they are.
+// The places of Gaussians in a splat file: blocks of Gaussians that are neighbors in space, with
+// their bounds and the numbers of their records. The file's records stay where they are.
 #pragma once
 
 #include <cstdint>
@@ -64,7 +64,7 @@ class SplatIndex {
   // a Gaussian into the index's folder. The index is the same whatever the memory. Stage "index".
   static void Build(const PlyFile& splat, const std::filesystem::path& path,
                     const SplatIndexOptions& options, Monitor& monitor);
-  // What Build() takes at least: the table of blocks, 3 MiB, and some of the file.
+  // The least memory of Build(): the table of blocks, 3 MiB, and some of the file.
   static size_t LeastBytes(const PlyFile& splat, const SplatIndexOptions& options);
   // The index at `path`, built where it is missing or cannot be used; then `built` says why.
   static SplatIndex OpenOrBuild(const PlyFile& splat, const std::filesystem::path& path,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What an edit takes in memory: estimated before it begins, and checked against what is in use
-// before its fit, which takes most.
+// The memory of an edit: estimated before it begins, and checked against the memory in use before
+// its fit, which takes most.
 #pragma once
 
 #include <cstddef>
@@ -12,8 +12,8 @@
 
 namespace retint {
 
-// Whose memory it is. Where a backend keeps its caches (geometries, weights and targets of a fit)
-// depends on the backend; photos are always the host's.
+// Whose memory it is. The backend decides on which side its caches (geometries, weights and targets
+// of a fit) are; photos are always the host's.
 enum class MemorySide { kHost, kDevice };
 
 struct MemoryBytes {
@@ -22,7 +22,7 @@ struct MemoryBytes {
   size_t On(MemorySide side) const { return side == MemorySide::kHost ? host : device; }
 };
 
-// What a run may take.
+// The memory that a run may take.
 struct MemoryLimits {
   size_t host_bytes = 0;    // 0: three quarters of the machine's memory
   size_t device_bytes = 0;  // of a GPU; 0: nine tenths of `device_has`
@@ -61,15 +61,15 @@ struct EditSize {
   bool is_whole = false;   // the whole splat, of which a copy is written
 };
 
-// Of an edit of all that a session holds, but for what is fitted and completed.
+// Of an edit of all that a session holds, without its fit and completion.
 EditSize SizeOfWhole(const EditSession& session);
 
-// About what it takes at its peak, beside the caches and what is in memory before; what is behind
-// the figures is in docs/scale.md, what was measured in docs/benchmarks.md.
+// About what it takes at its peak, beside the caches and the memory in use before. docs/scale.md
+// explains the figures, docs/benchmarks.md has measured ones.
 size_t HostBytesOf(const EditSize& size);
 size_t DeviceBytesOf(const EditSize& size);  // 0 on the CPU
-// Of it, what the fit and the report on it add on the host to what is opened; and what is on the
-// device from the fit on.
+// Of it, the part that the fit and its report add on the host to the opened scene; and the part on
+// the device from the fit on.
 MemoryBytes FitBytesOf(const EditSize& size);
 
 // The cache that a run can have on that side in what is left of its limit beside `taken`: what was
@@ -81,9 +81,9 @@ size_t ResidentBytes();
 
 // How much of its weights and targets the fit of a session's region can keep, beside all that is in
 // memory now and what the fit and the report on it will take: at most
-// size.refit.region_cache_mb, the same on all ranks. What is not kept is made anew in each
-// sweep. size.active is not used but counted. OptionError, one line that says what would do, where
-// it does not fit even so.
+// size.refit.region_cache_mb, the same on all ranks. The rest is made anew in each sweep.
+// size.active is not used but counted. OptionError, one line that says what would do, where it does
+// not fit even so.
 size_t RegionCacheThatFits(const MemoryLimits& limits, EditSession& session, RegionId region,
                            EditSize size);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a run writes to be looked at: pictures of the edit, and what every stage made.
+// Files of a run for people: pictures of the edit, and the results of every stage.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +15,7 @@ namespace retint {
 // its painted views; masks from files have none.
 void WriteStages(const std::filesystem::path& folder, EditSession& session, RegionId id,
                  const SelectionResult& selected, Monitor& monitor);
-// targets/ and result/: what the fit aimed at in each picture, and what it reached.
+// targets/ and result/: the target of the fit in each picture, and its result.
 void WriteTargets(const std::filesystem::path& folder, EditSession& session, TargetKind target,
                   Monitor& monitor);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The recipe of an edit: one scene, regions and what is done to each, and the files that come out
-// of it. Flags of the command line and the keys of a job file both become one; EditRun
+// The recipe of an edit: one scene, regions with an edit each, and the files that come out of it.
+// Flags of the command line and the keys of a job file both become one; EditRun
 // (pipeline/edit_run.h) carries it out.
 #pragma once
 
@@ -22,8 +22,8 @@ struct PaintFile {
   std::filesystem::path mask;  // brush mask of that picture
 };
 
-// Selected by paint, by masks that were made elsewhere, or, if there are neither, by what the
-// pictures of the edit changed.
+// Selected by paint, by masks that were made elsewhere, or, if there are neither, by the changes in
+// the pictures of the edit.
 struct RegionRecipe {
   std::string name;
   std::vector<PaintFile> paint;
@@ -43,13 +43,14 @@ struct EditOutputs {
   std::filesystem::path comparison;           // .png: before, mask and after of some views
   std::filesystem::path masks;                // folder: <region's name>/<picture name>.png
   std::filesystem::path views;                // folder: <picture name>.png of the recolored scene
-  std::filesystem::path stages;               // folder: what every stage made
+  std::filesystem::path stages;               // folder: the results of every stage
   std::filesystem::path session;              // folder NAME.retint, to go on in the editor
   std::filesystem::path finer_splat;          // .ply: with Gaussians split and no color changed
 };
 
 struct EditRecipe {
-  std::string title, command;  // of the page: what it shows, and what makes the same again
+  std::string title,
+      command;  // of the page: its heading, and the command that makes the same again
   std::filesystem::path file;  // where it was read from, if it was: paths start in its folder
   std::filesystem::path workspace, splat, images;  // no workspace: views are placed
   std::string model;                               // of the workspace; empty: the largest
@@ -60,7 +61,7 @@ struct EditRecipe {
   EditOptions options;                // of every region that does not say otherwise
   std::vector<RegionRecipe> regions;  // in the order in which their edits apply; unique names
   EditOutputs outputs;
-  std::vector<std::string> warnings;  // of what is not quite as it was asked for, a sentence each
+  std::vector<std::string> warnings;  // a sentence for each part that differs from the request
 };
 
 }  // namespace retint

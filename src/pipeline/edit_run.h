@@ -6,9 +6,9 @@
 // need together. If Gaussians are to be split, that happens once all regions have their masks, and
 // the finer splat is the run's from then on.
 //
-// Each stage's result may be kept by what it was computed from. A run that was cut off, or whose
-// recipe or pictures were changed, then goes on from the first stage that is new. Scenes in parts
-// and runs of several processes keep nothing.
+// Each stage's result may be kept by its inputs. A run that was cut off, or whose recipe or
+// pictures were changed, then goes on from the first stage that is new. Scenes in parts and runs of
+// several processes keep nothing.
 #pragma once
 
 #include <functional>
@@ -40,7 +40,7 @@ struct EditObserver {
   std::function<void(const std::string& text)> warning;  // a sentence for people
 };
 
-// What a run finds out about a region besides what the session keeps.
+// The findings of a run about a region that the session does not keep.
 struct RegionOutcome {
   RegionId id = 0;
   SelectionResult selected;                // filled if outputs.stages are wanted
@@ -62,10 +62,10 @@ class EditRun {
  public:
   // Reads the masks and pictures of the recipe and checks what it names. InputError for masks that
   // are no pictures of their views or select nothing and for views that do not exist; OptionError
-  // for outputs that would replace inputs, and for what a scene in parts cannot do.
+  // for outputs that would replace inputs, and for steps that a scene in parts cannot do.
   EditRun(const EditRecipe& recipe, SceneSource& scene, StageCache& cache, EditObserver observer);
 
-  // What Run() would do, without doing it.
+  // The stages of Run(), without running them.
   std::vector<EditStage> Plan() const;
   // Afterwards session() holds the regions, on the finer splat if there is one. Collective
   // (base/ranks.h), as Evaluate().
@@ -73,7 +73,7 @@ class EditRun {
   // After Run().
   void Evaluate(const EvaluationDetail& detail, Monitor& monitor);
   // All files as StagedOutput does, once the session for the editor is written. Report and page
-  // need Evaluate(). `warnings`: what the page says besides. By the first rank alone.
+  // need Evaluate(). `warnings`: further lines of the page. By the first rank alone.
   void Write(const std::vector<std::string>& warnings, Monitor& monitor);
 
   EditSession& session() { return scene_.session(); }
@@ -81,15 +81,15 @@ class EditRun {
   const std::vector<RegionOutcome>& outcomes() const { return outcomes_; }
   // After Evaluate(); its times and memory are up to date after Write().
   const RunReport& report() const { return report_; }
-  // What the format of the splats that were written rounds.
+  // The rounding of the written splats' format.
   const std::optional<FormatError>& format_error() const { return format_error_; }
 
  private:
-  // What a region's recipe says, read and checked, and the keys of its stages.
+  // A region's recipe, read and checked, and the keys of its stages.
   struct RegionPlan {
     const RegionRecipe* region = nullptr;
     ColorEdit edit;                  // with its pictures read
-    RegionSelection selection;       // what is painted, then what came of it
+    RegionSelection selection;       // the paint, then the selection
     std::vector<std::string> shown;  // the pictures that are painted on
     std::string select_key, project_key, refine_key, refit_key;
     // Its depth method reads nothing that the keys do not name.

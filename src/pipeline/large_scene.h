@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A splat in a file that is larger than memory: sessions of the parts of it that a step needs. What
-// a part's views see is, bit for bit, what they see of the whole (out_of_core/frustum.h).
+// A splat in a file that is larger than memory: sessions of the parts of it that a step needs. A
+// part's views see it, bit for bit, as they see the whole (out_of_core/frustum.h).
 #pragma once
 
 #include <cstddef>
@@ -29,7 +29,7 @@ struct LargeSceneOptions {
   MemoryLimits limits;
   std::filesystem::path index;  // empty: SplatIndex::PathFor()
   int most_views = 0;  // of those that see a selection, the ones that see it largest; 0: all
-  std::optional<RefitOptions> refit;  // what follows, if anything does
+  std::optional<RefitOptions> refit;  // the fit that follows, if one does
 };
 
 // Whether the splat is of the format that can be opened in parts, and an edit of all of it would
@@ -63,15 +63,15 @@ class LargeScene {
   // The pictures of these names, to be looked at or painted on. InputError where they show nothing.
   std::unique_ptr<EditSession> Show(const std::vector<std::string>& pictures,
                                     std::unique_ptr<EditSession> before, Monitor& monitor);
-  // These views. Where they see nothing, some other Gaussians stand for it.
+  // These views. If they see nothing, some other Gaussians stand for it.
   std::unique_ptr<EditSession> Show(const std::vector<const View*>& views,
                                     std::unique_ptr<EditSession> before, Monitor& monitor);
-  // What the depth of these views is estimated from.
+  // The Gaussians from which the depth of these views is estimated.
   std::unique_ptr<EditSession> ForDepth(const std::vector<PosedCamera>& views,
                                         const SelectOptions& select,
                                         std::unique_ptr<EditSession> before, Monitor& monitor);
-  // The views that see one of the selections, those that are painted, and `pictures`. What the
-  // completion of their clouds needs is there too. InputError for a cloud without points.
+  // The views that see one of the selections, those that are painted, and `pictures`. The Gaussians
+  // that the completion of their clouds needs are there too. InputError for a cloud without points.
   std::unique_ptr<EditSession> ForSelections(const std::vector<const SelectionSource*>& selections,
                                              const std::vector<std::string>& pictures,
                                              std::unique_ptr<EditSession> before, Monitor& monitor);
@@ -81,8 +81,8 @@ class LargeScene {
   std::unique_ptr<EditSession> ForMasks(const MaskFolder& masks, const SparseShares& shares,
                                         double active_threshold, Monitor& monitor);
 
-  // To measure what was made of the splat, some views after the others (large_evaluation.h):
-  // How many of `views`, from the first on, fit into memory together; at least one.
+  // To measure an edited splat, some views after the others (large_evaluation.h): How many of
+  // `views`, from the first on, fit into memory together; at least one.
   size_t NumToCompare(std::span<const View* const> views) const;
   // These views, with room for a second set of coefficients.
   std::unique_ptr<EditSession> ToCompare(std::span<const View* const> views,
@@ -91,7 +91,7 @@ class LargeScene {
   // of these do not fit beside any of `views`; else they count as in memory beside what is opened.
   std::vector<uint32_t> RecordsOf(const std::vector<const View*>& selected, size_t bytes,
                                   const std::vector<const View*>& views);
-  // What is in memory now stays there beside what is opened from now on. While nothing is.
+  // Memory in use now stays in use beside the scene that is opened from now on. While nothing is.
   void CountWhatIsHeld();
 
   // Writes the index of `copy`, a copy of the splat in which nothing but colors differs, beside it.
@@ -110,10 +110,10 @@ class LargeScene {
     std::optional<Eigen::AlignedBox3f> within;
     bool everything = false;
     bool or_any = false;     // of the blocks, where none of them is seen
-    bool completes = false;  // a selection, over everything or what is within the box
+    bool completes = false;  // a selection, over everything or within the box
     uint64_t active = 0;     // Gaussians to be fitted, about
   };
-  // What one selection needs beside the views that see it.
+  // The memory of one selection beside the views that see it.
   void AddNeed(const SelectionSource& selection, Need* need) const;
   static Need ComparisonOf(std::span<const View* const> views);
   std::vector<uint32_t> BlocksOf(const Need& need) const;
@@ -123,11 +123,12 @@ class LargeScene {
   MemoryBytes BytesFor(const EditSize& size) const {
     return {base_bytes_ + HostBytesOf(size), DeviceBytesOf(size)};
   }
-  // What would do for it, and for so many more on the host; it does not fit.
+  // The limits that would be enough for it, and for so many more bytes on the host; it does not
+  // fit.
   std::string EnoughFor(EditSize size, size_t more = 0) const;
   // How many of the views, largest first, fit with the rest of `need`.
   size_t ViewsThatFit(Need need, const std::vector<const View*>& largest_first) const;
-  // What the edit of something that these views show takes at most, which is not known yet.
+  // An upper bound for the edit of an object in these views that is not known yet.
   Need EditOf(const Need& shown) const;
   // OptionError, which says what would do, where it does not fit; `or_else` is added to it.
   void CheckFits(const Need& need, const std::function<std::string()>& or_else = {}) const;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where the steps of an edit find their scene: all of it at once, or one part after the other of a
-// splat that is larger than memory.
+// The source of the scene for the steps of an edit: all of it at once, or one part after the other
+// of a splat that is larger than memory.
 #pragma once
 
 #include <filesystem>
@@ -39,7 +39,7 @@ class SceneSource {
   // Null if the scene is whole.
   virtual const LargeScene* large() const { return nullptr; }
   bool IsWhole() const { return !large(); }
-  // What the last step worked on. In parts there is none before ForPaint().
+  // The session of the last step. In parts there is none before ForPaint().
   EditSession& session() const { return *session_; }
   // The same scene with finer Gaussians takes the session's place. Only of a whole one.
   void Replace(std::unique_ptr<EditSession> finer) { session_ = std::move(finer); }

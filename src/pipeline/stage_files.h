@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Internal to job: what the stages leave in their cache entries. Reading throws InputError for
+// Internal to job: the files of the stages in their cache entries. Reading throws InputError for
 // whatever is damaged or does not fit the scene.
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Internal to pipeline: what the key of a stage is made of (base/stage_cache.h). Whatever changes a
-// stage's result must change its key.
+// Internal to pipeline: the parts of a stage's key (base/stage_cache.h). Whatever changes a stage's
+// result must change its key.
 #pragma once
 
 #include <filesystem>
@@ -14,7 +14,7 @@
 
 namespace retint {
 
-// Of the splat's bytes, the cameras, poses and points, the program's version and what computes.
+// Of the splat's bytes, the cameras, poses and points, the program's version and the backend.
 std::string SceneKey(const OpenScene& scene);
 
 // InputError for a file that cannot be read.

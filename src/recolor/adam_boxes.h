@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the adam solver keeps of a target: the original render around the region, the photo where
-// that is the target, and the mask. Internal to recolor.
+// The adam solver's data of a target: the original render around the region, the photo if that is
+// the target, and the mask. Internal to recolor.
 #pragma once
 
 #include <array>

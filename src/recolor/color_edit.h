@@ -46,13 +46,13 @@ struct ColorEdit {
   // painted that no color map explains, see PaintCarrier. As a map of colors,
   // the edit is then that of what was not painted.
   bool HasPaint() const;
-  // OptionError naming the operation and what is wrong with it.
+  // OptionError naming the operation and its fault.
   void Check() const;
   bool operator==(const ColorEdit&) const = default;
 };
 
-// What becomes of colors that no screen shows: they are brought into the range where an operation
-// does so, or left as they come out.
+// Colors that no screen shows are brought into the range if an operation does so, or left as they
+// come out.
 enum class OutOfRange { kBroughtIn, kLeft };
 
 // Whether no screen shows a color, by more than the rounding of eight bits.
@@ -80,8 +80,7 @@ class CompiledEdit {
   const AffineColor& affine() const { return map_; }  // where it is one
   // f as the kernels take it. It refers to this edit, in host memory.
   ColorMap Map() const;
-  // Where it is not affine: the operations without the edit's strength, reading
-  // tables().
+  // If it is not affine: the operations without the edit's strength, reading tables().
   const ColorProgram& program() const { return program_; }
   std::span<const float> tables() const { return tables_; }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One color map from pairs of colors: what a picture's change says of all colors.
+// One color map from pairs of colors: from a picture's change to a change of all colors.
 #pragma once
 
 #include <span>

@@ -35,12 +35,12 @@ enum class ColorOperationKind {
   kSoftClip,
 };
 
-// An optional parameter without a value: what it stands for is found out later.
+// An optional parameter without a value: its value is found out later.
 inline constexpr float kUnset = -1;
 
 struct ColorParameter {
   // A color: 3 numbers, #rrggbb or a name. Lists of any length, which are all of an operation's
-  // values: stops, each a place and a color; pairs, each a color and what it becomes.
+  // values: stops, each a place and a color; pairs, each a color and its new color.
   enum class Form { kNumbers, kColor, kStops, kPairs };
   const char* name;  // in JSON; on the command line with - for _
   int count;         // of values; lists: the most that there may be

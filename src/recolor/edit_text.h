@@ -17,8 +17,8 @@ namespace retint {
 // #rrggbb or by name; strength=S for any. No key comes twice. A white balance may have
 // gray=COLOR instead, and becomes the one that makes this color gray. For a
 // LUT and a picture the path of the file, and its strength. OptionError naming
-// the operation; InputError for the file. `warnings`, here and below, get a
-// sentence for what is not quite as it was asked for.
+// the operation; InputError for the file. `warnings`, here and below, get a sentence for each part
+// that differs from the request.
 ColorOperation ParseOperation(const ColorOperationType& type, std::string_view text,
                               std::vector<std::string>* warnings = nullptr);
 

@@ -34,8 +34,8 @@ struct PartSize {
 FinerGaussians CopyParents(const GaussianModel& model, std::vector<int32_t> parents, size_t stayed);
 
 // Splits Gaussians along those of their axes that are longer than their `sizes`, [N], ask for, each
-// into 4096 parts at most, which are larger where there would be more.
-// Along an axis of deviation s a Gaussian of variance s^2 is the convolution of one of variance s^2
+// into at most 4096 parts. If more are needed, parts are larger. Along an axis of deviation s a
+// Gaussian of variance s^2 is the convolution of one of variance s^2
 // - size^2 with one of size^2, and the first is sampled, 1.8 sizes apart. Opacities are then found
 // for which the parts let as much light through as their parent did (by multiplicative updates of
 // optical depths), as renderers draw them: each is widened, and small ones the most. Parts have
@@ -45,7 +45,7 @@ FinerGaussians SplitGaussians(const GaussianModel& model, std::span<const PartSi
 
 struct RefineOptions {
   double pixels = 1.2;  // standard deviation of the parts, in the pixels of the closest view
-  int most = 300000;    // parts; where there would be more, they are larger
+  int most = 300000;    // the largest number of parts; if more are needed, parts are larger
   double share = 0.5;   // of a Gaussian inside the masks, above which it is split
   void Describe(OptionList& list);
   void Check() const;
@@ -53,7 +53,7 @@ struct RefineOptions {
 
 struct RefineSummary {
   size_t before = 0, split = 0;     // Gaussians that there were, and those that were split
-  size_t parts = 0;                 // what these became
+  size_t parts = 0;                 // the parts of these
   double pixels = 0;                // the parts' size that was taken
   double psnr_split = 0, psnr = 0;  // of the views inside the masks against the original's, dB:
                                     // with the parents' colors, and with the parts' own

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Paint on pictures of some views, as each Gaussian takes it by itself: what shows of an edit with
-// paint before any fit, and where its fit starts. PaintCarrier has what the views shall show.
+// Paint on pictures of some views, as each Gaussian takes it by itself: the look of an edit with
+// paint before any fit, and the start of its fit. PaintCarrier has the targets of the views.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ namespace retint {
 struct PaintedGaussian {
   int32_t index = 0;      // in the model
   Eigen::Vector3f color;  // that was painted on it, display-encoded
-  float alpha = 0;        // how much of what shows of it is covered
+  float alpha = 0;        // the covered part of its visible weight
   Eigen::Vector3f seen;   // unit vector from the painted view to the Gaussian, world axes
 };
 
@@ -37,14 +37,14 @@ struct GaussianPaint {
 
 // Of the layers of `picture`; `cameras` are of their views, in their order, else OptionError. With
 // the weights W of a painted view, a Gaussian takes the mean W^T (alpha color) / W^T alpha and is
-// covered by W^T alpha / W^T 1. One that is nearly hidden there takes nothing. Where several views
+// covered by W^T alpha / W^T 1. One that is nearly hidden there takes nothing. If several views
 // paint one, each counts as W^T alpha, so that the view that sees it more squarely counts more.
 // Renders nothing: the renderer, of `model`, may show any colors.
 GaussianPaint FindGaussianPaint(Renderer& renderer, const GaussianModel& model,
                                 std::shared_ptr<const PictureEdit> picture,
                                 const std::vector<PosedCamera>& cameras);
 
-// What paint changes beyond the rest of the edit, as changes of coefficients. A color takes the
+// The change by paint beyond the rest of the edit, as changes of coefficients. A color takes the
 // paint times the ratio of its luminance to the one that the Gaussian has in the painted view, so
 // that highlights move with the viewer.
 class PaintChange {

@@ -37,8 +37,8 @@ class MmSolver : public RefitSolver {
   double RidgeTerm(const Buffer<float>& point, float* descent);
   void Progress(Monitor& monitor, size_t view) const;
 
-  // Once the squares have told what is to change: whether the next sweep is the first one in which
-  // what stays costs StayLoss. Blocks are made for its curvature at current_.
+  // Once the squares have settled what to change: whether the next sweep is the first one in which
+  // pixels that stay cost StayLoss. Blocks are made for its curvature at current_.
   bool StartsStaying(bool converged, Monitor& monitor);
   double GoToMinimum(double loss);
   bool ShortenStep(double loss);

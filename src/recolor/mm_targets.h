@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the mm solver keeps of a target: by how much each of the region's pixels should change, and
-// what its error weighs. Internal to recolor.
+// The mm solver's data of a target: by how much each of the region's pixels should change, and the
+// weight of its error. Internal to recolor.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ class MmTargets : public TargetForm {
   // `photos`: a target is more than the edited render.
   MmTargets(const MmOptions& options, const CompiledEdit& edit, bool photos);
 
-  // What a loss is divided by, in units of the pixels' weights.
+  // The divisor of a loss, in units of the pixels' weights.
   static double NumValues(const RefitViews& views);
 
  private:

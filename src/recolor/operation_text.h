@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the readers of operations, from the command line and from JSON, share. Internal to recolor.
+// Shared by the readers of operations, from the command line and from JSON. Internal to recolor.
 #pragma once
 
 #include <algorithm>
@@ -34,7 +34,7 @@ inline std::vector<std::string_view> Split(std::string_view text, char separator
   }
 }
 
-// What was asked for, for messages, and the reading of its values.
+// The text of an operation, for messages, and the reading of its values.
 class OperationText {
  public:
   OperationText(const ColorOperationType& type, std::string_view text) : type_(type), text_(text) {}
@@ -95,7 +95,7 @@ inline const ColorParameter* FindParameter(const ColorOperationType& type, std::
   return nullptr;
 }
 
-// What a white balance may have instead of its parameters: the color that becomes gray.
+// A white balance may have this instead of its parameters: the color that becomes gray.
 inline constexpr std::string_view kGrayKey = "gray";
 
 // What is to be said of it is added to `warnings`; null: it is not said.

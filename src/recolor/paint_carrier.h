@@ -15,9 +15,9 @@
 namespace retint {
 
 // A view's target under an edit with paint (ColorEdit::HasPaint()). A painted view shows its
-// picture, and beside it what others paint. What a pixel of another view shows is looked up in the
-// painted views by its depth. Where one of them sees the same surface, within 2 % of the depth and
-// not at a grazing angle, the pixel takes what was painted there:
+// picture, and beside it the paint of others. The surface in a pixel of another view is looked up
+// in the painted views by its depth. Where one of them sees the same surface, within 2 % of the
+// depth and not at a grazing angle, the pixel takes what was painted there:
 // - averaged over the pixel's footprint in the painted picture,
 // - times the ratio of the luminance that the surface has in this view to that in the painted one
 //   (linear light, mean of some pixels), so that highlights move with the viewer,
@@ -26,8 +26,8 @@ namespace retint {
 // shows (FindGaussianPaint), if most of it is painted. Everything else gets the rest of the edit,
 // whose picture operation is then its color map.
 //
-// Uses one renderer from one thread. The first call for a renderer fixes what the painted views
-// look like: later ones must find the same coefficients in it.
+// Uses one renderer from one thread. The first call for a renderer fixes the look of the painted
+// views: later ones must find the same coefficients in it.
 class PaintCarrier {
  public:
   // `cameras`: of the views of the edit's layers, in their order, else OptionError. `model`: the

@@ -31,7 +31,7 @@ class PaintedEdit {
   const std::shared_ptr<const PictureEdit>& picture() const { return picture_; }
 
  private:
-  CompiledEdit before_, after_;  // up to and with the picture operation's color map; what follows
+  CompiledEdit before_, after_;  // up to and with the picture operation's color map; the later ones
   float paint_strength_ = 1, strength_;
   std::shared_ptr<const PictureEdit> picture_;
 };

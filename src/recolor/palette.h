@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The main colors of a region: what its pixels gather about.
+// The main colors of a region: the centers of its pixels' clusters.
 #pragma once
 
 #include <array>

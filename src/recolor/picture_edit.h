@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Views that were edited as pictures, in a paint program, and what became of them.
+// Views that were edited as pictures, in a paint program, and the results for them.
 #pragma once
 
 #include <cstddef>
@@ -18,13 +18,13 @@ struct EditedPicture {
   // Was resampled from a picture in the pixels of a distorted photo.
   bool of_photo = false;
   // Of one that was handed out to be painted on: the picture without the operation, and with it, as
-  // it was written. Empty: the view's render or photo is what it was made from.
+  // it was written. Empty: it was made from the view's render or photo.
   Image8 before = {}, written = {};
-  bool compared = false;  // what was found is in the operation's map and layers
+  bool compared = false;  // the result is in the operation's map and layers
   bool operator==(const EditedPicture& other) const;
 };
 
-// What was painted on a part of a view: the surfaces seen there take it, in all views.
+// Paint on a part of a view: the surfaces seen there take it, in all views.
 struct PaintLayer {
   std::string view;
   int x = 0, y = 0;  // of its top-left pixel in the view
@@ -33,13 +33,14 @@ struct PaintLayer {
   bool operator==(const PaintLayer& other) const;
 };
 
-// First the pictures; once they are compared with the scene, what one color map does not explain
-// of their change, as layers. Pictures that come later are compared without the earlier ones, whose
-// layers stay.
+// First the pictures; once they are compared with the scene, the part of their change that one
+// color map does not explain, as layers. Pictures that come later are compared without the earlier
+// ones, whose layers stay.
 struct PictureEdit {
   std::vector<EditedPicture> pictures;
   std::vector<PaintLayer> layers;
-  bool selects = false;  // what was changed is the selection: what is next to it was left unchanged
+  bool selects =
+      false;  // the changed pixels are the selection: those next to it were left unchanged
   bool operator==(const PictureEdit&) const = default;
   size_t Bytes() const;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What an edit did: PSNR inside and outside the mask against the edited targets, bleed, worst
+// The quality of an edit: PSNR inside and outside the mask against the edited targets, bleed, worst
 // views, SH range.
 #pragma once
 
@@ -46,7 +46,7 @@ struct QualityReport {
       views;  // that hold a masked pixel, all of them, lowest psnr_inside first
 };
 
-// What the pixels of one view add up to; squared errors, and values of pixels.
+// Sums over the pixels of one view; squared errors, and values of pixels.
 struct ErrorSums {
   double inside_before = 0, inside_after = 0, outside = 0, bleed = 0;
   int64_t inside_values = 0, outside_values = 0, out_of_gamut = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Options of the refit: what holds for every solver, and a struct of each solver's own.
+// Options of the refit: those of every solver, and a struct of each solver's own.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the refit asks of a solver, and the list of those that there are. Internal to recolor.
+// The interface of a solver, and the list of all solvers. Internal to recolor.
 //
 // To add a solver: a value of Solver and a struct of options (refit_options.h), a class derived
 // from RefitSolver and a TargetForm in files of their own, and an entry of the list in

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where a fit starts: the edit of each active Gaussian's own colors. Internal to recolor.
+// The start of a fit: the edit of each active Gaussian's own colors. Internal to recolor.
 #pragma once
 
 #include <memory>

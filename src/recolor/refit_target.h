@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a target asks for, checked and made ready. Internal to recolor.
+// A target, checked and made ready. Internal to recolor.
 #pragma once
 
 #include <memory>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What all solvers work on: the active Gaussians, and of every view that sees one, the region they
-// touch, with what the solver made of its target. Internal to recolor.
+// The data of all solvers: the active Gaussians, and of every view that sees one, the region they
+// touch, with the solver's form of its target. Internal to recolor.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ namespace retint {
 class RefitViews;
 
 // A view's share of the fit, in backend memory, by row of `region`. A solver's TargetForm derives
-// from it and adds what it made of the target.
+// from it and adds its form of the target.
 struct RegionView {
   virtual ~RegionView() = default;
   virtual size_t Bytes() const;
@@ -36,8 +36,8 @@ struct RegionView {
 struct TargetImages {
   const RefitTarget& target;
   const uint8_t* mask;  // [H, W]
-  float* source;        // [H, W, 3] the photo, or what was made for it; null: the original render
-  ColorMap map;         // of the source; the identity where it was made
+  float* source;  // [H, W, 3] the photo, or the picture made for it; null: the original render
+  ColorMap map;   // of the source; the identity where it was made
 };
 
 // How a solver makes its part of a RegionView.

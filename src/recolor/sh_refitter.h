@@ -25,8 +25,9 @@ struct RefitTarget {
   std::string name;
   PosedCamera camera;
   const Mask* mask = nullptr;  // soft, the view's size
-  // The target photo, wherever it is; empty: the render of the original scene is the target. Where
-  // the renderer has a background, photos, and what `edited` makes, show it between the Gaussians.
+  // The target photo, wherever it is; empty: the render of the original scene is the target. If the
+  // renderer has a background, photos, and the pictures that `edited` makes, show it between the
+  // Gaussians.
   std::function<std::shared_ptr<const Image>()> photo = nullptr;
   // Makes the target itself, where that is more than a map of the colors of render or photo
   // (PaintCarrier): of the view's size, given a renderer that shows the original scene. `leaves`,

@@ -9,9 +9,9 @@
 
 namespace retint {
 
-// sum [active, *] += what every view adds to the Gaussians that it sees, in the order of the views.
-// A view's part is added at once, unless it must wait for its turn (ViewReducer::AddsInOrder()).
-// Then it is kept, by row and 16 times smaller than the blocks, and Finish() adds it.
+// sum [active, *] += each view's part for the Gaussians that it sees, in the order of the views. A
+// view's part is added at once, unless it must wait for its turn (ViewReducer::AddsInOrder()). Then
+// it is kept, by row and 16 times smaller than the blocks, and Finish() adds it.
 class ViewSum {
  public:
   enum class Kind {

@@ -13,7 +13,7 @@ struct GrayBalance {
   std::string warning;  // where their range ends before the color is gray, a sentence; else empty
 };
 
-// What takes most chroma from `color`, 3 values from 0 to 1, display-encoded.
+// The balance that takes most chroma from `color`, 3 values from 0 to 1, display-encoded.
 GrayBalance WhiteBalanceOfGray(std::span<const float> color);
 
 }  // namespace retint

@@ -13,7 +13,7 @@ void Add(Backend& backend, const float* x, const float* y, float* out, size_t co
       {.x = x, .y = y, .a = 1, .b = 1, .out = out, .count = int64_t(count)});
 }
 
-// One stretch. terms [size, own]: what the other ranks have for this one's piece.
+// One stretch. terms [size, own]: the other ranks' parts for this one's piece.
 void SumStretch(Ranks& ranks, Backend& backend, void* stream, float* values, size_t count,
                 float* terms) {
   const size_t size = size_t(ranks.size()), me = size_t(ranks.rank());

@@ -9,7 +9,7 @@
 
 namespace retint {
 
-// What is on its way at a time, in floats: as much memory is taken beside the array, or less.
+// The part on its way at a time, in floats: as much memory is taken beside the array, or less.
 inline constexpr size_t kFloatsOnTheWay = size_t{1} << 25;
 
 // Collective; only where ranks.DevicesAreLinked(). values[i] = the sum of all ranks' values[i] in

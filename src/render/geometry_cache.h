@@ -23,14 +23,14 @@ class GeometryCache {
   // Null: it is not here.
   std::shared_ptr<const ViewGeometry> Find(const CameraParams& view);
   bool Contains(const CameraParams& view) const;
-  // Takes the place of what is there for that view. A geometry that alone exceeds the budget is not
-  // kept: it would push out everything else.
+  // Replaces the geometry that is there for that view. A geometry that alone exceeds the budget is
+  // not kept: it would push out everything else.
   void Insert(std::shared_ptr<const ViewGeometry> geometry);
   // False: there was nothing.
   bool Clear();
   size_t bytes() const;
 
-  // As long as it lives, a part of the budget is for something else: what is asked for, but an
+  // As long as it lives, a part of the budget is for something else: the requested bytes, but an
   // eighth is left for geometries in any case.
   class Reservation {
    public:
@@ -60,7 +60,7 @@ class GeometryCache {
   };
 
   void Erase(std::list<Entry>::iterator entry);
-  // What of the budget is for geometries.
+  // The part of the budget for geometries.
   size_t Room() const;
   void ShrinkTo(size_t bytes);
 

@@ -24,7 +24,7 @@ struct RendererOptions {
   // Budget of a geometry cache of its own; see geometry_cache.h.
   size_t cache_bytes = size_t{640} << 20;
   std::array<float, 3> background = {0, 0, 0};
-  // What a fit keeps of the views counts against the cache's budget too.
+  // The data that a fit keeps of the views counts against the cache's budget too.
   bool makes_room = false;
   void Check() const;
 };
@@ -48,7 +48,7 @@ struct RenderOutput {
   ScalarImage alpha;
 };
 
-// The same left in backend memory, valid in stream order; what was not asked for is empty.
+// The same left in backend memory, valid in stream order; layers that were not asked for are empty.
 struct DeviceRender {
   int width = 0, height = 0;
   Buffer<float> rgb;                                  // [H, W, 3]
@@ -83,7 +83,7 @@ class Renderer {
   std::shared_ptr<Backend> shared_backend() { return backend_; }
   Model& model() { return *model_; }
   size_t cached_bytes() const;
-  // Where options.makes_room: takes bytes off the cache's budget, none so far. Else null.
+  // If options.makes_room: takes bytes off the cache's budget, none so far. Else null.
   std::unique_ptr<GeometryCache::Reservation> Reserve();
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The views of a task, shared among the processes of a run (base/ranks.h). Each process works on
-// its own views, and a ViewReducer puts together what they find: the result is that of one process
+// its own views, and a ViewReducer puts together their results: the result is that of one process
 // that works on all views in their order. An algorithm asks which views are its own, and never how
 // many processes there are. An ordinary start is one process, which owns every view.
 //
@@ -20,7 +20,7 @@
 
 namespace retint {
 
-// What one view adds to the sums of the Gaussians that it sees.
+// One view's part of the sums of the Gaussians that it sees.
 struct ViewRows {
   std::vector<int32_t> gaussians;  // distinct
   std::vector<float> values;       // [gaussians, C]
@@ -37,7 +37,7 @@ class ViewReducer {
   bool IsShared() const { return ranks_.AreMany(); }
   bool Owns(size_t view) const { return owners_[view] == ranks_.rank(); }
   std::span<const size_t> own() const { return own_; }  // ascending
-  // True in exactly one process, which counts what all of them know.
+  // True in exactly one process, which counts the things that all of them know.
   bool IsFirst() const { return ranks_.IsRoot(); }
 
   // Collective. Whether any process says so.
@@ -50,22 +50,22 @@ class ViewReducer {
   }
   // Collective. Sets the flags, 0 or 1, that any process has set.
   void Unite(std::vector<uint8_t>* flags);
-  // Collective. What the owner of `view` has replaces what the others have; of the same size in all
-  // processes.
+  // Collective. The data of the owner of `view` replaces that of the others; of the same size in
+  // all processes.
   void Broadcast(size_t view, std::span<std::byte> data);
   void Broadcast(size_t view, Buffer<float>& values);
   // Collective. The owner's text, of any size.
   std::string BroadcastText(size_t view, const std::string& text);
 
-  // Whether what the views add to a sum is kept until it is its turn in the order of all views: on
-  // the CPU, where a sum must not depend on the number of processes. On a device each process adds
-  // up its own views, and Sum() and SumRows() add the processes' sums in their order.
+  // Whether each view's part of a sum is kept until its turn in the order of all views: on the CPU,
+  // where a sum must not depend on the number of processes. On a device each process adds up its
+  // own views, and Sum() and SumRows() add the processes' sums in their order.
   bool AddsInOrder() const { return IsShared() && backend_.IsHost(); }
   // Collective, not if AddsInOrder().
   void Sum(Buffer<float>& sums);
   // Collective. Completes sums [N, C], or [N, C + 1] `and_square` as in BlendOps::AddRows. If
-  // AddsInOrder(), `own` is what each view of this process adds, and `sums` lacks it; else `sums`
-  // has it. T is float or double.
+  // AddsInOrder(), `own` has the part of each view of this process, and `sums` lacks it; else
+  // `sums` has it. T is float or double.
   template <typename T>
   void SumRows(const std::vector<ViewRows>& own, size_t channels, bool and_square,
                std::vector<T>* sums);

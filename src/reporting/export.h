@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a session gives away besides its splat: pictures of the edited scene and the report, written
+// The outputs of a session besides its splat: pictures of the edited scene and the report, written
 // as StagedOutput does. RunError when they cannot be, Cancelled between pictures.
 #pragma once
 

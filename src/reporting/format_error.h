@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the rounding of a splat's format does to its renders, said before the file is put in place.
+// The errors of renders by the rounding of a splat's format, reported before the file is put in
+// place.
 #pragma once
 
 #include <filesystem>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a run did, as report.json: stable keys (docs/formats.md lists them), milliseconds, megabytes
-// of 2^20 bytes.
+// The figures of a run, as report.json: stable keys (docs/formats.md lists them), milliseconds,
+// megabytes of 2^20 bytes.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ struct RegionReport {
   std::optional<RefineSummary> refine;  // where Gaussians were split
 };
 
-// What can be said where the object's true masks are known.
+// The figures for an object whose true masks are known.
 struct TrueMaskReport {
   double mask_iou = 0;    // of the edit's masks with them, mean over the views that either shows in
   QualityReport quality;  // inside, outside and the targets by them

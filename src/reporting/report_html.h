@@ -19,7 +19,7 @@ struct HtmlReportOptions {
 };
 
 // Before, mask and after of every view with a slider between them, those with the lowest PSNR
-// first; what became of the paint in the painted views, in words and pictures; PSNR by view and
+// first; the paint of the painted views in the selection, in words and pictures; PSNR by view and
 // loss as plots; paint, registration, edits, options and command as tables. `report` is the
 // session's (MakeReport() or FullReport()) with its quality filled in. The renderer is left with
 // the original coefficients. RunError when the page cannot be made small enough. Stage: "pictures".

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What keeps accepted work when the program or the machine dies: after each change a snapshot of
-// the session is written to a folder of its own, beside the session or, for one that was never
-// saved, in the user's data folder. A lock that dies with the process tells a living program's
-// autosave from one that was left behind.
+// Keeps accepted work when the program or the machine dies: after each change a snapshot of the
+// session is written to a folder of its own, beside the session or, for one that was never saved,
+// in the user's data folder. A lock that dies with the process tells a living program's autosave
+// from one that was left behind.
 //
 //   DIR/NAME.retint                    the session
 //   DIR/NAME.autosave.retint           its autosave, a session like any other
@@ -37,7 +37,7 @@ class Autosave {
   // cannot be written. Never the name of an autosave that is still there. RunError when neither can
   // be.
   explicit Autosave(const std::filesystem::path& session, OnWritten on_written = {});
-  ~Autosave();  // writes what waits; what is on disk stays, unless it was discarded
+  ~Autosave();  // writes the waiting snapshot; files on disk stay, unless they were discarded
   Autosave(const Autosave&) = delete;
   Autosave& operator=(const Autosave&) = delete;
 

@@ -4,7 +4,7 @@
 //
 // The folder's parts never change once written; session.json, written last and renamed into place,
 // says which of them belong to the session, and their sizes and checksums. So a reader sees the old
-// session or the new one, never half of either, and saving again writes only what is new.
+// session or the new one, never half of either, and saving again writes only new parts.
 #pragma once
 
 #include <array>
@@ -54,7 +54,7 @@ class SessionWriter {
 
   // RunError when the folder holds something else than a session.
   void CheckFolder() const;
-  // The whole session or, on any failure, what was there. RunError when it cannot be written, or
+  // The whole session or, on any failure, the one before. RunError when it cannot be written, or
   // when the folder holds something else than a session; OptionError when `view` is not a JSON
   // object. Parts that this writer has written before are not written again; parts that the session
   // no longer needs are removed after the new session is in place. Stage: "save".
@@ -70,10 +70,10 @@ class SessionWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-// What a session says about itself, without its heavy parts.
+// The head of a session, without its heavy parts.
 struct SessionInfo {
-  // Where they are now. Of a splat without a workspace, `workspace` is empty and `view_folder` a
-  // part of the session.
+  // Their places now. Of a splat without a workspace, `workspace` is empty and `view_folder` a part
+  // of the session.
   std::filesystem::path workspace, image_folder, splat, view_folder;
   std::string model;
   Sim3d world_from_splat;
@@ -100,8 +100,8 @@ struct OpenedSession {
 // InputError naming file and fault for whatever is missing, damaged, of a newer version, or of
 // another scene; so too when the splat is not the one that was edited. Parts that follow from
 // others are no inputs: fits, and of a selection that was painted its masks, shares and points.
-// Where one cannot be read, the session's warnings() name it; a fit is then missing, the rest is
-// made again.
+// If one cannot be read, the session's warnings() name it; a fit is then missing, the rest is made
+// again.
 OpenedSession OpenSession(const std::filesystem::path& folder, const SessionOptions& options,
                           Monitor& monitor);
 

@@ -46,7 +46,7 @@ RefitSummary ReadSummary(const Node& node);
 // A path as {"relative": to `folder`'s parent, "absolute"}; moves with the session, and is found
 // where only the session moved.
 Json PathJson(const std::filesystem::path& path, const std::filesystem::path& folder);
-// Where it may be, likeliest first.
+// Its possible places, the likeliest first.
 std::vector<std::filesystem::path> ReadPaths(const Node& node, const std::filesystem::path& folder);
 
 }  // namespace retint::session_json

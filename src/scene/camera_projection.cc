@@ -276,7 +276,7 @@ std::optional<Eigen::Vector2d> CameraProjection::Unbend(const Vec2& bent) const 
     if (!plane.allFinite() || plane.norm() > 2 * fold_) return std::nullopt;
     if (step.norm() <= 1e-15 * (1 + plane.norm())) break;
   }
-  // Where Newton's steps do not settle there is nothing to find.
+  // If Newton's steps do not settle, there is nothing to find.
   const bool found = (Bend(plane, &by_plane) - bent).norm() <= 1e-12 * (1 + length) &&
                      by_plane.determinant() > 0 && plane.norm() <= fold_;
   return found ? std::optional(plane) : std::nullopt;

@@ -17,8 +17,8 @@ Image8 ContactSheet(const std::vector<std::vector<Image8>>& rows, int cell_width
 Image8 ToImage8(const Image& image);
 Image ToImage(const Image8& picture);
 
-// `image` with the selected pixels tinted and what is not selected darkened and grayed, so that the
-// mask's border can be judged.
+// `image` with the selected pixels tinted and the others darkened and grayed, so that the mask's
+// border can be judged.
 Image8 MaskOverlay(const Image& image, const Mask& mask);
 
 }  // namespace retint

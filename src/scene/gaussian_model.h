@@ -21,8 +21,7 @@ struct ExtraColumn {
   std::vector<char> bytes;  // [N * bytes_per_value]
 };
 
-// How the file that the scene came from was laid out, so that saving changes nothing but what was
-// edited.
+// How the file that the scene came from was laid out, so that saving changes only edited values.
 struct SourceLayout {
   std::vector<std::string> comments;        // PLY "comment" and "obj_info" lines, whole
   std::vector<std::string> property_order;  // all columns of the vertex element, in file order
@@ -31,7 +30,7 @@ struct SourceLayout {
   std::vector<char> trailing_bytes;          // and their data, uninterpreted
   std::string packed_format;       // of a format that stores rounded values: the codec's own mark
   UnsetVector<char> packed;        // and the file's data; unedited values keep their bytes in it
-  std::vector<std::string> notes;  // what the file holds that the model cannot; sentences
+  std::vector<std::string> notes;  // sentences on parts of the file that the model cannot hold
 };
 
 // resize(n) leaves new values unset; resize(n, 0) does not.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What pictures must hold before work on them begins.
+// The conditions for pictures before work on them begins.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where a camera is that looks along a direction.
+// The pose of a camera that looks along a direction.
 #pragma once
 
 #include <Eigen/Core>

@@ -10,7 +10,7 @@ PixelArray<float, 3> PhotoRays(const Undistortion& undistortion) {
   const Camera& camera = undistortion.photo;
   const CameraProjection projection(camera);
   PixelArray<float, 3> rays(camera.width, camera.height);
-  // What a small part of a pixel is in the middle.
+  // The size of a small part of a pixel in the middle.
   const double tolerance = 1.0 / 4096 / undistortion.faces.front().camera.fx();
   const auto ray_of = [&](double x, double y) {
     auto ray = projection.CamFromImg({x, y});

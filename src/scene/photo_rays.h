@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where the pixels of a distorted photo look.
+// The directions of a distorted photo's pixels.
 #pragma once
 
 #include "scene/image.h"
@@ -7,8 +7,8 @@
 
 namespace retint {
 
-// The point that each of the photo's pixels shows at depth 1, in its camera's frame, where depth is
-// what Undistortion::DepthIsDistance() says; 0 where no ray leads. [H, W, 3]
+// The point that each of the photo's pixels shows at depth 1, in its camera's frame.
+// Undistortion::DepthIsDistance() says which depth; 0 where no ray leads. [H, W, 3]
 PixelArray<float, 3> PhotoRays(const Undistortion& undistortion);
 
 }  // namespace retint

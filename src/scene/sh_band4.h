@@ -21,8 +21,8 @@ void ShBand4Basis(double x, double y, double z, double* basis);
 
 class ShBand4Columns {
  public:
-  // Of a model of SH degree 3 that has all of them, as floats or doubles; else absent. Changes what
-  // the model holds.
+  // Of a model of SH degree 3 that has all of them, as floats or doubles; else absent. Changes the
+  // bands that the model holds.
   explicit ShBand4Columns(GaussianModel& model);
   // Adds them to a model that has none: zeros.
   static void AddTo(GaussianModel& model);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A smooth function of every pixel of a picture, which costs much where it is computed and next to
-// nothing where it follows from its values about. Internal to scene and what draws through lenses.
+// nothing where it follows from its values about. Internal to scene and code that draws through
+// lenses.
 #pragma once
 
 #include <algorithm>
@@ -15,8 +16,8 @@ namespace retint {
 
 // Calls write(x, y, value) for each pixel, on many threads, with `find(x + 0.5, y + 0.5)`, an
 // optional Vector: computed, or by the quadratic through nine points of a block where that is right
-// to `tolerance` in the middles of its quarters. Where it is computed and there is none, write is
-// not called.
+// to `tolerance` in the middles of its quarters. If it is computed and there is none, write is not
+// called.
 template <typename Vector, typename Find, typename Write>
 void ForSmooth(int width, int height, double tolerance, const Find& find, const Write& write) {
   constexpr int kBlock = 64, kLeast = 8;  // pixels a side

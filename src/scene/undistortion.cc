@@ -23,10 +23,11 @@ constexpr double kCubeHalf = 48 * kDegree;    // of a face of the cube: neighbor
 constexpr double kMostScale = 1.5;            // of a face's resolution against the photo's middle
 constexpr int kMostPixels = 16384;            // a face's longest side
 constexpr int kSamples = 64;                  // a side of the photo, to find its field
-constexpr double kSmoothPixels = 1.0 / 4096;  // what a map may be off where it is not computed
+constexpr double kSmoothPixels =
+    1.0 / 4096;  // the error that a map may have between computed nodes
 constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
 
-// What a grid over the photo, borders included, sees.
+// The directions of a grid over the photo, borders included.
 struct Field {
   std::vector<Eigen::Vector3d> rays;  // of the grid and of the fold between its nodes
   int sampled = 0, seen = 0;          // nodes, and those that have a ray

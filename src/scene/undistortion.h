@@ -30,8 +30,9 @@ struct Undistortion {
   bool DepthIsDistance() const { return faces.size() > 1; }
 };
 
-// What a face says of a photo's pixel that it shows at (x, y), next to the other faces that show
-// it: less near its border, so that faces which overlap fade into each other. Above 0, at most 1.
+// The weight of a face for a photo's pixel that it shows at (x, y), next to the other faces that
+// show it: less near its border, so that faces which overlap fade into each other. Above 0, at most
+// 1.
 inline float FaceWeight(const Undistortion& undistortion, size_t face, float x, float y) {
   constexpr float kFade = 0.05F;   // of a face's longer side, from its border
   constexpr float kLeast = 1e-4F;  // at the very border a face that sees the pixel alone counts
@@ -46,11 +47,11 @@ inline float FaceWeight(const Undistortion& undistortion, size_t face, float x, 
 // distortion folds the picture: less than a third of its pixels have a ray.
 Undistortion Undistort(const Camera& photo);
 
-// "OPENCV 640x480, undistorted to 702x520": the model, the size and what is shown of it. Tells the
-// fault of a camera that cannot be undistorted.
+// "OPENCV 640x480, undistorted to 702x520": the model, the size and the size of the shown part.
+// Tells the fault of a camera that cannot be undistorted.
 std::string DescribeCamera(const Camera& camera);
 
-// Where the pixels of one picture lie in another; NaN where they do not.
+// The places of one picture's pixels in another; NaN where there is none.
 struct PixelMap {
   int width = 0, height = 0;
   std::vector<float> xy;  // [height, width, 2]

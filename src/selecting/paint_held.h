@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// In words, how masks follow the paint: whether a selection holds what was painted, how many views
-// it reaches, and how many have no mask.
+// In words, how masks follow the paint: whether a selection holds the painted pixels, how many
+// views it reaches, and how many have no mask.
 #pragma once
 
 #include <cstddef>

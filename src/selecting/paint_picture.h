@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What became of the paint of a view, in figures and as a picture to look at.
+// The paint of a view in its selection, in figures and as a picture to look at.
 #pragma once
 
 #include <cstddef>
@@ -20,16 +20,16 @@ struct PaintCounts {
   size_t added = 0;  // in the mask, and not painted
   size_t left_out() const { return painted - kept; }
   PaintCounts& operator+=(const PaintCounts& other);
-  // "all of your paint is in", "93 % of your paint is in, and 4 % beside it"; what is less than 1 %
-  // of the paint is not said. Empty where nothing is painted.
+  // "all of your paint is in", "93 % of your paint is in, and 4 % beside it"; less than 1 % of the
+  // paint is not mentioned. Empty where nothing is painted.
   std::string Words() const;
 };
 
 // All 0 for a mask of another size than the view's.
 PaintCounts CountPaint(const PaintedView& view, const Mask& mask);
 
-// The photo in gray; on it paint that is in the mask in green, what the mask adds in yellow, and
-// paint that it leaves out in red. InputError if the three are not of one size.
+// The photo in gray; on it, paint in the mask is green, pixels that the mask adds are yellow, and
+// paint that it leaves out is red. InputError if the three are not of one size.
 Image8 PaintPicture(const Image& photo, const PaintedView& view, const Mask& mask);
 
 struct PaintedPicture {

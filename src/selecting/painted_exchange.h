@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What one painted view gives, and its way to the other processes. Internal.
+// The results of one painted view, and their way to the other processes. Internal.
 #pragma once
 
 #include <string>

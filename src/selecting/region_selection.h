@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a region selects: masks and shares of Gaussians, and the paint that they came from.
+// The selection of a region: masks and shares of Gaussians, and the paint that they came from.
 #pragma once
 
 #include <cstddef>
@@ -28,7 +28,7 @@ struct PaintedReport {
 // One round of painting in one view.
 struct PaintRound {
   PaintedView view;  // its mask: the whole selection as it should be seen there, empty or not
-  Mask before;       // what was there when painting began; no pixels: nothing
+  Mask before;       // the mask when painting began; no pixels: none
 };
 
 // The recipe of a selection, its paint and options, and the cloud that came of it: later rounds of
@@ -39,11 +39,11 @@ struct SelectionSource {
   SelectOptions select;              // those of the newest round
   ProjectorOptions projector;
   SelectionCloud cloud;
-  std::vector<PaintedReport> reports;  // what became of the newest paint of a view
+  std::vector<PaintedReport> reports;  // the result of the newest paint of a view
   size_t Bytes() const;
 };
 
-// Where an edit applies. Immutable once it is part of a region.
+// The places to which an edit applies. Immutable once it is part of a region.
 struct RegionSelection {
   uint64_t id = 0;                    // unique in the session; part of a fit's key
   std::map<std::string, Mask> masks;  // by image name, soft

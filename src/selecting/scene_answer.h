@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the scene says of an outline that strokes found in one picture: the Gaussians, which all
-// views show, decide what that picture leaves open. The user's outline holds unless somebody takes
-// the scene's.
+// The scene's answer to an outline that strokes found in one picture: the Gaussians, which all
+// views show, decide the parts that this picture leaves open. The user's outline holds unless
+// somebody takes the scene's.
 #pragma once
 
 #include <optional>
@@ -13,7 +13,7 @@
 namespace retint {
 
 struct SceneAnswer {
-  Mask mask;     // of the picture: the outline, and what it left open as the scene has it
+  Mask mask;     // of the picture: the outline, with its open parts as the scene has them
   Mask differs;  // 255 where that is another outline, but for specks and lines as thin as a border
   double changed = 0;  // pixels of `differs`, as a share of the outline's own
   // Whether `mask` is as large as the outline, or nearly (MayStandFor()). Else the scene means

@@ -22,7 +22,7 @@ namespace retint {
 // nothing: Completion::kNear then makes one of the selection's Surroundings().
 inline constexpr size_t kGraphOfWholeScene = 1'000'000;
 
-// What Select() computed from the painted views, stage by stage.
+// The results of Select() from the painted views, stage by stage.
 struct SelectionResult {
   std::vector<DepthEstimate> depths;  // one a painted view, measured about its paint
   SelectionCloud cloud_raw;           // every sampled pixel, unfiltered and unregistered
@@ -63,7 +63,7 @@ class SelectionPipeline {
                          const ProjectorOptions& options, Monitor& monitor,
                          const std::vector<const View*>& wanted = {});
   // The same for a selection that keeps its recipe. Select() sets the cloud and the reports of
-  // `source`; what it returns besides is left to the caller. Project() needs the cloud.
+  // `source`; the rest of its results is left to the caller. Project() needs the cloud.
   SelectionResult Select(SelectionSource& source, Monitor& monitor);
   ProjectedMasks Project(const SelectionSource& source, Monitor& monitor);
   // Masks of the `wanted` views, by name, from painted ones whose paint says nothing of some pixels
@@ -73,7 +73,7 @@ class SelectionPipeline {
                                      const std::vector<const View*>& wanted, Monitor& monitor);
 
   // A region's selection after one more round of painting; `base` is the selection so far, null in
-  // the first round. Where rounds disagree the newest holds: what it removed or added is removed
+  // the first round. If rounds disagree, the newest holds: its removed or added pixels are removed
   // from or added to the paint of the rounds before, on the surfaces that both see. A view painted
   // again replaces its earlier paint. A view of no name is a free camera and is given one.
   // InputError when nothing is left selected.
@@ -94,7 +94,8 @@ class SelectionPipeline {
   void RegisterCloud(const PaintedView& view, const DepthEstimate& depth,
                      const SelectOptions& options, SelectionCloud* cloud, PaintedReport* report,
                      Monitor& monitor);
-  // Carries what a round erased and added over to the paint and the cloud of the rounds before.
+  // Carries the erased and added pixels of a round over to the paint and the cloud of the rounds
+  // before.
   void CarryChanges(const PaintRound& round, double tolerance, SelectionSource* source,
                     Monitor& monitor);
 

@@ -31,18 +31,19 @@ struct ViewMaskRequest {
     double tolerance = WandOptions().color;
   };
 
-  // What is selected, by one of these; by none, everything. Masks are of the picture's size.
+  // The tool that selects: one of these; without any, everything is selected. Masks are of the
+  // picture's size.
   Mask mask;
   Mask inside, outside;  // strokes; `outside` may be empty
   std::optional<WandOptions> wand;
   std::vector<Eigen::Vector2i> scissors;  // pixels
-  // What is kept of it.
+  // The limits of it.
   std::optional<Sphere> sphere;
   std::optional<Box> box;
   std::optional<Like> like;
 
-  // Strokes: what this view alone does not decide stays as its colors and edges have it, instead
-  // of being decided by the Gaussians, which all views show (AskScene()).
+  // Strokes: pixels that this view alone does not decide stay as its colors and edges have them.
+  // Otherwise the Gaussians decide, which all views show (AskScene()).
   bool this_view_alone = false;
   int snap_edge = 0;   // pixels, 0: the border stays; see RefineEdge()
   bool photo = false;  // edges and colors are read in the photo, not in the render
@@ -52,8 +53,8 @@ struct ViewMaskRequest {
   void Check() const;
 };
 
-// What the tools see of a picture, in its own pixels: rendered with the coefficients `sh` [N, K,
-// 3], or its photo; and the surfaces' depth.
+// The layers of a picture for the tools, in its own pixels: rendered with the coefficients `sh` [N,
+// K, 3], or its photo; and the surfaces' depth.
 ViewLayers LayersOf(OpenScene& scene, const UserPicture& picture, std::span<const float> sh,
                     bool photo = false);
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The sides of an object that no painted view sees: decided over a graph of the Gaussians.
 //
-// Paint is evidence of the surfaces that painted views see. What they do not see is not outside, it
-// is unknown, and follows from what is known in two ways: neighbors of one color belong together
-// (random walker, Grady 2006), and the colors inside and outside the paint differ (a Gaussian
-// mixture of each, as in GrabCut, Rother et al. 2004). The share x of every Gaussian minimizes
+// Paint is evidence of the surfaces that painted views see. Gaussians that they do not see are not
+// outside but unknown, and follow from the known ones in two ways. Neighbors of one color belong
+// together (random walker, Grady 2006), and the colors inside and outside the paint differ (a
+// Gaussian mixture of each, as in GrabCut, Rother et al. 2004). The share x of every Gaussian
+// minimizes
 //   sum_edges kSmoothness w_ij (x_i - x_j)^2 + sum_g trust_g (x_g - m_g)^2 + (x_g - p_g)^2,
 // w_ij the edge's weight, less where p_i and p_j differ and by exp(-kValley v) where one of the two
 // lies in a valley of the surface, v how surely: things of one color end where they touch.
@@ -25,8 +26,8 @@
 namespace retint {
 
 enum class Completion {
-  kOff,   // what no painted view sees counts against the selection (unknown_weight)
-  kNear,  // completed where it is connected to what was painted, and within five times its radius
+  kOff,   // parts that no painted view sees count against the selection (unknown_weight)
+  kNear,  // completed if connected to the painted part, and within five times its radius
   kAll,   // also other things that look the same
 };
 
@@ -39,8 +40,8 @@ struct ShareEvidence {
 
 struct CompletedShares {
   std::vector<float> shares;  // m_g in [0, 1], [N]
-  // In [0, 1], [N]: 1 where paint decides the share. What paint did not see has less the closer x_g
-  // is to one half, and at most 0.75 where it is taken to be inside.
+  // In [0, 1], [N]: 1 where paint decides the share. A Gaussian that paint did not see has less the
+  // closer x_g is to one half, and at most 0.75 if it is taken to be inside.
   std::vector<float> confidence;
 };
 

@@ -17,8 +17,8 @@ inline bool HasDepth(const DepthMap& depth, int x, int y) {
   return z > 0 && z < std::numeric_limits<float>::infinity();
 }
 
-// Depth at a continuous pixel: bilinear in 1/z, exact on planes. nullopt outside the image, or
-// where the four pixels around lack depth or disagree by more than `max_spread` of the depth.
+// Depth at a continuous pixel: bilinear in 1/z, exact on planes. nullopt outside the image, and if
+// the four pixels around lack depth or disagree by more than `max_spread` of the depth.
 std::optional<double> SampleDepth(const DepthMap& depth, const Eigen::Vector2d& pixel,
                                   double max_spread = 0.03);
 

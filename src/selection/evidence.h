@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is known of each pixel of a view from the paint on others: whether it shows the selection,
+// The evidence for each pixel of a view from the paint on others: whether it shows the selection,
 // and how surely.
 #pragma once
 

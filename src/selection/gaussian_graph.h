@@ -36,11 +36,11 @@ class GaussianGraph {
   // A Gaussian of which more than this hangs before surfaces is a floater (LiftedSurfaces).
   static constexpr float kFloating = 0.5f;
 
-  // Every Gaussian and its 16 nearest by position; an edge's weight falls with the difference of
-  // the colors without view dependence (OKLab), with the distance in units of the two extents, and
-  // with the angle between the two where they are flat. `within`: only Gaussians whose means lie in
-  // that box are nodes. `lifted` of every Gaussian; empty: unknown. OptionError where it is of
-  // another number. Cancelled between its steps.
+  // Every Gaussian and its 16 nearest by position. An edge's weight falls with the difference of
+  // the colors without view dependence (OKLab) and with the distance in units of the two extents.
+  // If both are flat, it also falls with the angle between them. `within`: only Gaussians whose
+  // means lie in that box are nodes. `lifted` of every Gaussian; empty: unknown. OptionError where
+  // it is of another number. Cancelled between its steps.
   GaussianGraph(const GaussianModel& model, Monitor& monitor,
                 std::optional<Eigen::AlignedBox3f> within = std::nullopt,
                 LiftedSurfaces lifted = {});
@@ -68,13 +68,13 @@ class GaussianGraph {
   std::vector<float> floating_;
   std::vector<GaussianSurface> surfaces_;
   EdgeMatrix edges_;
-  mutable std::mutex mutex_;  // of what follows
+  mutable std::mutex mutex_;  // of the two arrays below
   mutable const Backend* device_ = nullptr;
   mutable DeviceEdges on_device_;
 };
 
-// Where a thing that is seen at `points` may go on, seen from one side: their box without the
-// outermost hundredth at each of its sides, grown by twice its diagonal.
+// The region in which a thing that is seen at `points` may go on, if it is seen from one side. It
+// is their box without the outermost hundredth at each of its sides, grown by twice its diagonal.
 Eigen::AlignedBox3f Surroundings(const std::vector<Eigen::Vector3f>& points);
 
 }  // namespace retint

@@ -50,7 +50,7 @@ class GaussianMixture {
   // Of each point, but for the constant -D/2 log(2 pi). Never below -690, also where there are no
   // components. A point's has the same bits whatever other points it comes with.
   Values LogLikelihoods(const Points& at) const {
-    // What is left of an array after its last whole vector takes other functions of Eigen.
+    // The rest of an array after its last whole vector takes other functions of Eigen.
     constexpr Eigen::Index kVector = 16;
     Points padded = Points::Zero((at.rows() + kVector - 1) / kVector * kVector, D);
     padded.topRows(at.rows()) = at;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A coarse-to-fine preconditioner of what graph_solver.h solves.
+// A coarse-to-fine preconditioner of the system in graph_solver.h.
 #pragma once
 
 #include <cstddef>
@@ -30,10 +30,10 @@ struct GraphMatrix {
   }
 };
 
-// Multigrid by aggregation without smoothing (Vanek, Mandel and Brezina 1996; Notay 2010): nodes
-// that strong edges join become one node of the next coarser graph, whose trusts and weights are
-// sums of theirs, until few are left. One V-cycle, with a step of damped Jacobi before and after
-// each coarser correction, approximates A^-1 r; it is symmetric and positive definite, as conjugate
+// Multigrid by aggregation without smoothing (Vanek, Mandel and Brezina 1996; Notay 2010). Nodes
+// that strong edges join become one node of the next coarser graph, until few are left. Its trusts
+// and weights are sums of theirs. One V-cycle, with a step of damped Jacobi before and after each
+// coarser correction, approximates A^-1 r; it is symmetric and positive definite, as conjugate
 // gradients need. The same result on any number of threads.
 class GraphHierarchy {
  public:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Values over the nodes of a graph that agree with their neighbors and with what is known.
+// Values over the nodes of a graph that agree with their neighbors and with known terms.
 #pragma once
 
 #include <cstddef>
@@ -27,7 +27,7 @@ struct DeviceEdges {
 bool FitsDevice(const EdgeMatrix& edges, Backend* backend);
 DeviceEdges UploadEdges(const EdgeMatrix& edges, Backend& backend);
 
-// What is known of one node: sum_i trust (x - value)^2 of its terms. Kept as sums.
+// The cost of one node: sum_i trust (x - value)^2 of its terms. Kept as sums.
 struct NodeTerm {
   double trust = 0, pull = 0;  // sums of trust and of trust times value
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the views of a scene show of every Gaussian: where one thing ends before another, and what
-// hangs in the air before the surfaces.
+// Two measures of every Gaussian from the views of a scene: whether one thing ends there before
+// another, and how far it hangs in the air before the surfaces.
 #pragma once
 
 #include <vector>
@@ -25,10 +25,10 @@ struct LiftedSurfaces {
 // The edge of a thing before another shows as one too, but on other surfaces behind it in every
 // view, so that the mean over the views is small there.
 //
-// floating_g, how much of what is seen of it hangs before surfaces. Let D_v be the depth at which
-// three tenths of a pixel's light are left, h_v 1 in pixels that have it, d = ln(D_v / z_g), and
-// mean and mean square of d be weighted by W_v h_v. A part q of the weight at which g itself is the
-// surface (d = 0) leaves mean(d)^2 / mean(d^2) <= 1 - q (Cauchy-Schwarz), so that with s_gv =
+// floating_g, the part of its visible weight that hangs before surfaces. Let D_v be the depth at
+// which three tenths of a pixel's light are left, h_v 1 in pixels that have it, d = ln(D_v / z_g),
+// and mean and mean square of d be weighted by W_v h_v. A part q of the weight at which g itself is
+// the surface (d = 0) leaves mean(d)^2 / mean(d^2) <= 1 - q (Cauchy-Schwarz), so that with s_gv =
 // mean(d)^2 / (mean(d^2) + 0.03^2), 0 where mean(d) < 0,
 //   floating_g = sum_v (W_v^T h_v) s_gv / sum_v W_v^T h_v.
 // Edges of surfaces have small values, floaters before them values near 1.

@@ -4,30 +4,29 @@
 // `gaussians`, the default, asks which Gaussians the selection holds, then renders them:
 //  1. Evidence. In every view each pixel gets a mask value M and a weight K.
 //     A painted view is known exactly: M is the paint, K = painted_weight, inside and outside
-//     alike; but K = 0 in pixels that show no surface, along the outside of silhouettes, where the
-//     fringe of what lies behind the limb shows, and, for a completion, where the paint ends before
-//     or beyond an edge at most paint_slack away (mask_tools/paint_border.h). In another view the
-//     surface in the pixel is looked up in the painted views: where one of them sees it (same depth
-//     within visible_tolerance, and within what the scene's depths usually keep to), M is the paint
-//     there and K = 1, so that what was seen outside the paint counts against. Where none does, the
-//     cloud's surfels add what they cover: M and K are their coverage. Where neither speaks nobody
-//     knows: K = 0, or without completion M = 0 with the small weight K = unknown_weight. Views
+//     alike. K is 0 in pixels that show no surface and along the outside of silhouettes, where the
+//     fringe of the surface behind the limb shows. For a completion it is also 0 between the
+//     paint's end and an edge at most paint_slack away (mask_tools/paint_border.h). In another view
+//     the surface in the pixel is looked up in the painted views. If one of them sees it (same
+//     depth within visible_tolerance, and within the usual agreement of the scene's depths), M is
+//     the paint there and K = 1. So a surface that was seen outside the paint counts against. If
+//     none does, M and K are the coverage of the cloud's surfels. If neither speaks, nothing is
+//     known: K = 0, or without completion M = 0 with the small weight K = unknown_weight. Views
 //     that no camera took are looked at in the same way, drawn small, for a completion of scenes
 //     with few cameras.
 //  2. Share. m_g = sum_v W_v^T (K M) / sum_v W_v^T K of each Gaussian g, where W_v blends view v:
-//     the mean of M over all that g contributes to, weighted by K and its blending weights;
-//     completed where too little of it was seen (selection/completion.h).
+//     the mean of M over all pixels of g, weighted by K and its blending weights. If too little of
+//     it was seen, it is completed (selection/completion.h).
 //  3. Masks. A painted view's mask is its paint. In other views the shares decide: W_v m +
-//     (1 - W_v 1) b, view-consistent by construction; 0.5 (128) where it reaches share_threshold, 0
-//     and 1 at half of it away on either side. Then paint that they lost is put back: pixels that
-//     show a painted surface, by the look-up with a narrow tolerance. Light that passes everything
-//     counts as b, of which a mask is just 0: dark surfaces that were trained on black are often
-//     half transparent, and are selected where all that they show is, down to an opacity of a
-//     third.
-// Floaters (selection/lifted_surfaces.h), which only a completion's graph knows, hide no surface
-// from the look-up, are no part of the completion, and have no say in masks: there their share is
-// share_threshold, so that those behind them decide.
-// What each part brings, in figures, is in docs/benchmarks.md.
+//     (1 - W_v 1) b, view-consistent by construction. It is 0.5 (128) at share_threshold, and 0 and
+//     1 at half of it away on either side. Then paint that they lost is put back: pixels that
+//     show a painted surface, by the look-up with a narrow tolerance. Light that passes all
+//     Gaussians counts as b, of which a mask is just 0. Dark surfaces that were trained on black
+//     are often half transparent. They are selected down to an opacity of a third if all that they
+//     show is selected. Floaters (selection/lifted_surfaces.h), which only a completion's graph
+//     knows, hide no surface from the look-up, are no part of the completion, and have no say in
+//     masks: there their share is share_threshold, so that those behind them decide.
+//     docs/benchmarks.md has figures for each part.
 #pragma once
 
 #include <map>
@@ -53,7 +52,7 @@ struct ProjectorOptions {
   double depth_tolerance = 0.02;  // relative; points further behind the view's depth are hidden
   double share_threshold = 0.5;   // gaussians: rendered share above which a pixel is inside
   double painted_weight = 8;      // gaussians: of a painted view's pixels as evidence
-  // gaussians: what becomes of surfaces that no painted view sees
+  // gaussians: the rule for surfaces that no painted view sees
   Completion completion = Completion::kNear;
   double unknown_weight = 0.1;  // gaussians: against those surfaces, where nothing completes them
   double visible_tolerance = 0.03;  // gaussians: relative, a painted view sees what lies at most
@@ -86,7 +85,7 @@ struct ProjectedMasks {
 };
 
 // Step 3 with `shares`, [N], as a soft mask of any camera: 128 where it reaches share_threshold.
-// What floats by `graph` takes no part; null: nothing does.
+// Gaussians that float by `graph` take no part; null: none floats.
 Mask RenderShares(Renderer& renderer, const PosedCamera& view, const std::vector<float>& shares,
                   const ProjectorOptions& options, const GaussianGraph* graph = nullptr);
 

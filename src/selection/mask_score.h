@@ -12,7 +12,7 @@ namespace retint {
 struct MaskScore {
   std::optional<double> iou;  // of mask and truth: intersection over union
   // IoU of the pixels of each that lie within a margin of its own border (Cheng et al. 2021,
-  // Boundary IoU): what a large inside would hide. The image's edge is a border too.
+  // Boundary IoU): errors that a large inside would hide. The image's edge is a border too.
   std::optional<double> boundary_iou;
   std::optional<double> precision;  // share of the mask that is true
   std::optional<double> recall;     // share of the truth that the mask has

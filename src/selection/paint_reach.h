@@ -16,8 +16,8 @@ enum class PaintReach {
   kSurface,
   // completion near: also sides that nobody saw, if they are connected to the paint.
   kObject,
-  // completion off, unknown_weight 1: what no painted view sees counts against the
-  // selection as much as what one sees beside the paint, and no border moves.
+  // completion off, unknown_weight 1: parts that no painted view sees count against the selection
+  // as much as parts that one sees beside the paint, and no border moves.
   kExact,
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What paint on one view says of the Gaussians by itself, at the speed of a brush: without depth,
-// cloud, registration, the other views and completion. A look ahead at what ProjectMasks() finds.
+// The shares of Gaussians from the paint on one view only, at the speed of a brush: without depth,
+// cloud, registration, the other views and completion. A look ahead at the result of
+// ProjectMasks().
 #pragma once
 
 #include <span>

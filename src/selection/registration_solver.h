@@ -32,7 +32,7 @@ struct RegistrationTransform {
   Sim3d Similarity() const;  // the second part, cam_from_corrected
 };
 
-// A transform for many points: what they share is worked out once.
+// A transform for many points: their common part is worked out once.
 class RegistrationMap {
  public:
   explicit RegistrationMap(const RegistrationTransform& transform);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Views drawn small, where what they show is a mean over many pixels.
+// Views drawn small, for means over many pixels.
 #pragma once
 
 #include <algorithm>

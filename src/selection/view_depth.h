@@ -14,7 +14,7 @@
 
 namespace retint {
 
-// What a view shows, in backend memory: the expected depth where the pixel is opaque enough to show
+// The depth of a view, in backend memory: the expected depth if the pixel is opaque enough to show
 // a surface, else 0; its bias corrected by the sparse points that the view observes.
 struct ViewSurface {
   std::shared_ptr<const ViewGeometry> geometry;
@@ -41,7 +41,7 @@ struct SurfaceOptions {
 
 // Calls visit(i, surface) for the requests in their order. Views are drawn a few ahead: while the
 // host finds the corrections of some by their samples at the sparse points, a device draws the next
-// and does what `visit` queues for those before.
+// and runs the work that `visit` queues for those before.
 void RenderSurfaces(Renderer& renderer, const Reconstruction& reconstruction,
                     const std::vector<SurfaceRequest>& requests, const SurfaceOptions& options,
                     const std::function<void(size_t, ViewSurface)>& visit);

@@ -31,7 +31,7 @@ constexpr std::array<const char*, 18> kChunkColumns = {
 constexpr std::array<const char*, 4> kVertexColumns = {"packed_position", "packed_rotation",
                                                        "packed_scale", "packed_color"};
 
-// Where what lies in the body of the file.
+// The places of the parts in the body of the file.
 struct Layout {
   size_t count = 0;
   size_t chunk_floats = 18;  // or 12

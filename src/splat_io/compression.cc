@@ -27,8 +27,9 @@ class Inflater {
   Inflater(const Inflater&) = delete;
   Inflater& operator=(const Inflater&) = delete;
 
-  // Up to `bytes` more into `to`; how many. Fewer only at the end of the last stream or of what was
-  // packed, or at damage. A file may have several streams, one after the other (RFC 1952, 2.2).
+  // Up to `bytes` more into `to`; how many. Fewer only at the end of the last stream or of the
+  // packed bytes, or at damage. A file may have several streams, one after the other (RFC 1952,
+  // 2.2).
   size_t Next(char* to, size_t bytes) {
     stream_.next_out = reinterpret_cast<Bytef*>(to);
     stream_.avail_out = static_cast<uInt>(bytes);
@@ -159,7 +160,7 @@ std::vector<char> Unzstd(std::string_view packed, size_t bytes, const std::funct
   if (announced < ZSTD_CONTENTSIZE_ERROR && announced > bytes) {
     throw std::runtime_error("holds more data than its header announces");
   }
-  // A window no larger than what comes out, or than 8 MiB, which every decoder takes.
+  // A window no larger than the output, or than 8 MiB, which every decoder takes.
   const int window_log = std::clamp(static_cast<int>(std::bit_width(bytes)), 23, 30);
   ZSTD_DCtx_setParameter(stream.get(), ZSTD_d_windowLogMax, window_log);
   std::vector<char> out;

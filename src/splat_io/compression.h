@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// gzip and Zstandard with a bound on what comes out, so that a small file cannot take all memory.
+// gzip and Zstandard with a bound on the output, so that a small file cannot take all memory.
 #pragma once
 
 #include <cstddef>

@@ -55,7 +55,7 @@ class SceneReader {
     int degree = 0;
     for (const Placed& placed : placed_) {
       const uint64_t count = file_.Count(Accessor(*placed.primitive, "POSITION"));
-      // A mesh may be shown many times, but what it unfolds to stays within the file's length.
+      // A mesh may be shown many times, but its unfolded size stays within the file's length.
       if (count > file_.BufferBytes() / 12 || (total += count) > file_.BufferBytes() / 12) {
         file_.Fail("announces more Gaussians than its " + std::to_string(file_.BufferBytes()) +
                    " bytes can hold");
@@ -269,7 +269,7 @@ class SceneReader {
     std::vector<GltfValues> sh;
   };
 
-  // Where a primitive's Gaussians go.
+  // The place of a primitive's Gaussians.
   struct Motion {
     Sim3d world_from_node;
     float log_scale;  // the logarithm of its scale

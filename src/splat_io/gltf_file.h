@@ -45,7 +45,7 @@ struct GltfValues {
   uint64_t count = 0, components = 0;
   uint64_t stride = 0;           // bytes from one element to the next
   uint64_t type = 0, bytes = 0;  // of a component
-  double most = 0;               // what a normalized integer is divided by; 0: it stands for itself
+  double most = 0;               // the divisor of a normalized integer; 0: it stands for itself
 
   // Elements [begin, end) to to[0 .. kComponents), to[to_stride ..] and on. `room` is for bytes.
   template <size_t kComponents>
@@ -72,7 +72,7 @@ class GltfFile {
   // .glb or .gltf, by content. InputError when it is damaged, or a buffer is missing or shorter
   // than announced.
   explicit GltfFile(const std::filesystem::path& path);
-  // What View() gives points to its buffers.
+  // The spans of View() point to its buffers.
   GltfFile(const GltfFile&) = delete;
   GltfFile& operator=(const GltfFile&) = delete;
 

@@ -20,7 +20,7 @@ namespace retint {
 template <typename Body>
 void ForEachTask(const std::vector<size_t>& order, const Body& body) {
   std::vector<std::exception_ptr> faults(order.size());
-  // The threads share tasks out in an order of their own: each takes what is next in ours.
+  // The threads share tasks out in an order of their own: each takes the next one in ours.
   std::atomic<size_t> next = 0;
   ParallelTasks(static_cast<int64_t>(order.size()), [&](int64_t) {
     const size_t i = order[next.fetch_add(1)];

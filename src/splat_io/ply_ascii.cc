@@ -26,8 +26,8 @@ std::string Shown(std::string_view word) {
   return "\"" + shown + (word.size() > 40 ? "...\"" : "\"");
 }
 
-// False for what is not a number of type T. Beyond the range of T, a floating one becomes infinite
-// or zero.
+// False for text that is not a number of type T. Beyond the range of T, a floating one becomes
+// infinite or zero.
 template <typename T>
 bool Parse(std::string_view word, char* to) {
   if (word.starts_with('+')) word.remove_prefix(1);

@@ -20,7 +20,7 @@
 namespace retint {
 namespace {
 
-// Records that are this close are read together: what lies between costs less than another read.
+// Records that are this close are read together: the bytes between cost less than another read.
 constexpr uint64_t kGapBytes = uint64_t{32} << 10;
 constexpr uint64_t kRunBytes = uint64_t{4} << 20;
 
@@ -90,7 +90,7 @@ struct PlyFile::Impl {
     }
     throw InputError(file.path(), "lacks the column " + name);
   }
-  // What an edit changes, in the order of GaussianModel::sh.
+  // The values that an edit changes, in the order of GaussianModel::sh.
   std::vector<Column> Colors() const {
     std::vector<Column> columns;
     for (const std::string& name : layout.fields.back().columns) columns.push_back(ColumnOf(name));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A 3DGS .ply whose records are read, and patched in a copy, where they lie: of a file larger than
-// memory only what is asked for is touched.
+// memory only the requested records are touched.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace retint {
 
-// What tells one state of a file from another without reading it.
+// A mark that tells one state of a file from another without reading it.
 struct FileStamp {
   uint64_t bytes = 0;
   int64_t modified_ns = 0;  // since the epoch
@@ -51,7 +51,8 @@ class PlyFile {
   // Stage "load".
   GaussianModel Read(std::span<const uint32_t> records, Monitor& monitor) const;
 
-  // InputError when the file is no longer what was opened: of another length or time, or gone.
+  // InputError when the file is no longer the one that was opened: of another length or time, or
+  // gone.
   void CheckUnchanged() const;
 
   // A copy of the file's bytes at `path`, in which record records[i] has the coefficients sh[i],

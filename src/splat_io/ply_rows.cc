@@ -90,15 +90,15 @@ size_t LayOutRow(const PlyElement& vertex, const std::vector<PlyField>& fields,
   return stride;
 }
 
-// The least and, in binary, the only length of a row, `stride`, against the file's. What follows
-// the rows is noted, as other programs ignore it.
+// The least and, in binary, the only length of a row, `stride`, against the file's. Bytes after the
+// rows are noted, as other programs ignore them.
 void CheckLength(const PlyHeader& header, size_t stride, uint64_t file_bytes,
                  const std::filesystem::path& path, SourceLayout& source) {
   const uint64_t count = header.elements[0].count;
   const uint64_t body = file_bytes - header.bytes;
   if (count == 0) throw InputError(path, "holds no Gaussians");
   if (header.format == "ascii") {
-    stride = 2 * header.elements[0].properties.size();  // a digit and what ends it
+    stride = 2 * header.elements[0].properties.size();  // a digit and its end
     if (count > (body + 1) / stride) {
       throw InputError(path, "truncated: the header announces " + std::to_string(count) +
                                  " Gaussians, " + std::to_string(body) + " bytes follow it");

@@ -33,7 +33,7 @@ HWY_INLINE void LogVector(float* values) {
   const auto scale = hn::IfThenElse(hn::Eq(value, hn::Zero(d)), least, value);
   const auto is_finite = hn::And(hn::Gt(scale, hn::Zero(d)),
                                  hn::Le(scale, hn::Set(d, std::numeric_limits<float>::max())));
-  // A square root keeps infinity, and makes NaN of what has no logarithm.
+  // A square root keeps infinity, and makes NaN of numbers without a logarithm.
   hn::StoreU(hn::IfThenElse(is_finite, hn::Log(d, scale), hn::Sqrt(scale)), d, values);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The codecs' arithmetic on many Gaussians at a time. One machine gives a Gaussian the same bits
-// whichever others are unpacked with it, so that a writer finds what a reader has made of a record.
+// whichever others are unpacked with it, so that a writer finds a reader's values of a record.
 #pragma once
 
 #include <array>
@@ -10,7 +10,8 @@
 
 namespace retint {
 
-// LogScale() of each value, in place. What is negative or not a number becomes NaN, infinity stays.
+// LogScale() of each value, in place. A value that is negative or not a number becomes NaN,
+// infinity stays.
 void LogScales(float* scales, size_t count);
 
 // A chunk's bounds in a compressed .ply: the least x, y, z and the greatest, of positions, log

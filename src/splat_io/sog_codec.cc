@@ -21,7 +21,7 @@ using Json = nlohmann::json;
 
 constexpr uint64_t kPixelBytes = 5 * 4;  // of the five pictures, a Gaussian
 
-// What values are made of: each of these bits is a picture, or the memory that values go to.
+// The sources of values: each of these bits is a picture, or the memory that values go to.
 enum Input : uint32_t {
   kMemory = 1,
   kMeansLow = 2,

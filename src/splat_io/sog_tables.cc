@@ -14,7 +14,7 @@
 namespace retint {
 namespace {
 
-constexpr int kRounds = 40;  // of Lloyd's; what is left to gain then is below a percent
+constexpr int kRounds = 40;  // of Lloyd's; the rest to gain then is below a percent
 
 void SortDistinct(std::vector<float>& values) {
   std::sort(values.begin(), values.end());
@@ -195,7 +195,7 @@ std::vector<float> RefitTable(std::span<const float> table, const std::vector<fl
   }
   std::vector<float> result(table.begin(), table.end());
   if (fresh.empty()) return result;
-  // Free: what no value equals, and what stands in the table twice.
+  // Free: entries that no value equals, and those that stand in the table twice.
   std::vector<size_t> free;
   std::vector<float> taken;
   for (size_t i = 0; i < result.size(); ++i) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tables that stand for many values: what a SOG scene stores instead of numbers. Sums and ties have
-// one order, so that the same values give the same tables.
+// Tables that stand for many values, which a SOG scene stores instead of numbers. Sums and ties
+// have one order, so that the same values give the same tables.
 #pragma once
 
 #include <cstddef>

@@ -22,7 +22,7 @@ constexpr int kMostSide = 16383;        // pixels, of a WebP picture
 // one of 255 steps of the color, and as much of a coefficient above degree 0.
 constexpr float kMostOff = 1 / 255.0f / kShC0;
 
-// A picture of a pixel a Gaussian; what is left over is opaque black.
+// A picture of a pixel a Gaussian; the remaining pixels are opaque black.
 RgbaPicture PictureFor(size_t count, const std::filesystem::path& path) {
   const auto n = static_cast<double>(count);
   const int width = 4 * static_cast<int>(std::ceil(std::sqrt(n) / 4));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What tells one state of a splat from another, also of one that is made of several files.
+// A mark that tells one state of a splat from another, also of one that is made of several files.
 #pragma once
 
 #include <filesystem>

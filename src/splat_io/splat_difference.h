@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How far a format moved a scene: what was written, read back, against what it was.
+// How far a format moved a scene: the written file, read back, against the scene before.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Splat files <-> GaussianModel, a codec per format behind one registry (docs/formats.md).
-// What was not edited is written back bit for bit where source and target have the same format.
+// Values that were not edited are written back bit for bit if source and target have the same
+// format.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +16,7 @@
 
 namespace retint {
 
-// What becomes of Gaussians with a value that is NaN or infinite: the file is refused, or codecs
+// The treatment of Gaussians with a value that is NaN or infinite: the file is refused, or codecs
 // leave them as they are and ReadSplat() leaves them out.
 enum class BadRows { kRefuse, kDrop };
 
@@ -64,7 +65,7 @@ const SplatCodec* FindCodec(const std::filesystem::path& path, std::string_view 
 // long work whose result goes there.
 const SplatCodec& CodecForWriting(const std::filesystem::path& path);
 
-// For file dialogs: what can be read and written, in the order of the registry.
+// For file dialogs: the formats that can be read and written, in the order of the registry.
 struct SplatFormat {
   std::string_view name;                     // "3DGS .ply"
   std::vector<std::string_view> extensions;  // ".ply"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the codecs of packed formats share: one Gaussian at a time, activations and their inverses,
+// Shared by the codecs of packed formats: one Gaussian at a time, activations and their inverses,
 // and the check that each of them owes to GaussianModel::Validate().
 #pragma once
 
@@ -28,7 +28,7 @@ struct SplatRow {
   std::array<float, 48> sh{};  // [K, 3], the first 3 K values; the rest is zero
 };
 
-// Where the values of one Gaussian go: in a model, or in a row.
+// The place of one Gaussian's values: in a model, or in a row.
 struct RowPlaces {
   float *mean, *quat_wxyz, *log_scale, *opacity_logit, *sh;
 

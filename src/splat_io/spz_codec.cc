@@ -257,7 +257,7 @@ void Unpack(const std::string& file, const std::filesystem::path& path, Monitor&
 
 int FileDegree(const GaussianModel& model) { return HasShBand4(model) ? 4 : model.sh_degree; }
 
-// What the model's source holds, where it may be written again with the model's values.
+// The data of the model's source, if it may be written again with the model's values.
 bool LoadSource(const GaussianModel& model, SpzData& packed) {
   const SourceLayout& source = model.source;
   if (source.packed_format != kMark || source.packed.size() < kSpzHeaderBytes) return false;

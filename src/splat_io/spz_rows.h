@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What an .spz holds once it is unpacked (spz_codec.h), and its Gaussians one by one.
+// An unpacked .spz (spz_codec.h), and its Gaussians one by one.
 #pragma once
 
 #include <array>
@@ -58,8 +58,8 @@ SplatRow DecodeSpzRow(const SpzData& data, size_t g);
 // Gaussians [begin, end) of a section, into the model, which has room for them. SH up to degree 3.
 void DecodeSpzSection(const SpzData& data, SpzData::Section section, size_t begin, size_t end,
                       GaussianModel& model);
-// Packs what differs from `was`, everything where that is nullptr. False where the position does
-// not fit.
+// Packs the values that differ from `was`, everything where that is nullptr. False where the
+// position does not fit.
 bool EncodeSpzRow(SpzData& data, size_t g, const SplatRow& row, const SplatRow* was);
 
 // Degree 4, likewise.

@@ -66,7 +66,7 @@ struct SyntheticScene {
   std::vector<SyntheticView> views;       // by name
   std::vector<std::string> object_names;  // index = id; 0 is "background"
   // Of every object, the views that see it whole: next to nothing (3 %) in front of it, nothing cut
-  // off by the image's border. Always empty for what is not in `still_life`.
+  // off by the image's border. Always empty for objects that are not in `still_life`.
   std::vector<std::vector<int>> whole_views;
   // Objects meant to be selected (not the room, the table, ...): each has at least one whole view
   // at the default options.

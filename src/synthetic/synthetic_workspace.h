@@ -16,7 +16,7 @@
 
 namespace retint {
 
-// Where to start recoloring: a view that sees the object whole, and its mask.
+// A view to start recoloring with, which sees the object whole, and its mask.
 struct SyntheticStart {
   std::string object, view;
   std::filesystem::path mask;  // relative to the workspace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Cameras and ray-traced views of a synthetic world, and what is made from them. Internal to the
+// Cameras and ray-traced views of a synthetic world, and the data made from them. Internal to the
 // synthetic scenes.
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace retint::synthetic {
 
-// A view with what the later stages ask of it.
+// A view with the data for the later stages.
 struct TracedView {
   PosedCamera camera;
   SyntheticView truth;

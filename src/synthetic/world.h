@@ -16,7 +16,7 @@
 
 namespace retint::synthetic {
 
-// What a texture may look at. `chart_xy` is uv times the chart's size: meters on the surface.
+// The inputs of a texture. `chart_xy` is uv times the chart's size: meters on the surface.
 struct TexturePoint {
   Vec3 point;
   Vec3 normal;
@@ -42,7 +42,7 @@ struct Part {
 
 struct Object {
   std::string name;
-  bool furniture = false;  // not meant to be selected: the room, and what others bury
+  bool furniture = false;  // not meant to be selected: the room, and objects that others bury
   std::vector<int> parts = {};
 };
 

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Checks the English of README.md, CONTRIBUTING.md and docs/, without generated pages and decisions.
+"""Checks the English of README.md, CONTRIBUTING.md and docs/, without generated pages and decisions; and of comments.
 
     python3 tests/docs/english.py [ROOT]
     python3 tests/docs/english.py --messages [ROOT]  # string literals of four words and more in src/ and apps/
 
 For each 1,000 words it counts clauses with "what" that stand for a noun, and "where" for "if". It reports sentences,
-lines and pages that are too long, and WORDS. Of code, only the length of lines counts. Exit codes: 0 good, 1 not.
+lines and pages that are too long, and WORDS. Of code in pages, only the length of lines counts. COMMENTS of C++ are
+counted by folder. Exit codes: 0 good, 1 not.
 """
 
 import pathlib
@@ -17,6 +18,8 @@ MOST_WORDS, MOST_COLUMNS, MOST_LINES = 30, 120, 140
 # Most for each 1,000 words: over all pages, and in a page with at least two.
 RATES = {"what": (1.5, 4.0), "where": (0.5, 2.0)}
 KINDS = (*RATES, "long", "columns", "lines", "word")
+# Most sentences of comments, for each 1,000 words of a folder, that are too long or have such a clause.
+COMMENTS = {"kernels": 13.5, "src/viewer": 12.5, "src": 10.5, "colmap_io": 8.5, "apps": 3.0}
 GENERATED = ("docs/python-reference.md", "docs/viewer-keys.md", "docs/decisions/")
 LISTED = {"docs/cli.md": (10_000,)}  # lines at most: mostly help, as the program prints it
 
@@ -107,6 +110,37 @@ def judge_source(text):
     return words, findings
 
 
+def judge_comments(text):  # lines of // and the paragraphs that they make, and comments behind code
+    words, findings = 0, []
+    for found in re.finditer(r"(?:^ *//(?! SPDX)[^\n]+(?:\n|\Z))+|(?<=\S)  // [^\n]*", text, re.M):
+        block = re.sub(r"^ *// ?", "", found.group(), flags=re.M).rstrip()
+        for paragraph in re.finditer(r"\S.*?(?=\n\n|\Z)", block, re.S):
+            judged = judge(text.count("\n", 0, found.start()) + 1 + block.count("\n", 0, paragraph.start()),
+                           paragraph.group())
+            words, findings = words + judged[0], findings + [one for one in judged[1] if one[1] != "word"]
+    return words, findings
+
+
+def check_comments(root):  # prints folders with too many findings
+    counts, shown = {}, {}
+    for name in sorted(str(path.relative_to(root)) for kind in ("h", "cc", "cuh", "cu") for top in ("src", "kernels",
+                       "colmap_io", "apps") for path in (root / top).glob(f"**/*.{kind}")):
+        limit = next(folder for folder in COMMENTS if name.startswith(folder + "/"))
+        folder = "/".join(name.split("/")[:2 if limit.startswith("src") else 1])
+        words, findings = judge_comments((root / name).read_text())
+        before = counts.get(folder, (0, 0, COMMENTS[limit]))
+        counts[folder] = before[0] + words, before[1] + len(findings), COMMENTS[limit]
+        shown.setdefault(folder, []).extend(f"{name}:{line}: {kind}: {why}" for line, kind, why in findings)
+    bad = [folder for folder, (words, found, most) in counts.items() if found * 1000 > most * words]
+    for folder in bad:
+        words, found, most = counts[folder]
+        print(*shown[folder], f"{folder}: {found} in {words} words of comments; at most {most} of 1,000", sep="\n",
+              file=sys.stderr)
+    print("comments:", ", ".join(f"{folder} {1000 * found / max(1, words):.1f}" for folder, (words, found, _) in
+                                 sorted(counts.items(), key=lambda entry: entry[0])))
+    return bad
+
+
 def check():  # holds the rules to texts of known faults
     kinds = lambda text: sorted(kind for _, kind, _ in judge_page(text)[1])  # noqa: E731
     assert kinds("You can leave it alone. Decide what to keep. What if?\n\n    what of code") == []
@@ -117,6 +151,8 @@ def check():  # holds the rules to texts of known faults
     assert kinds("x.\n\n" * 71) == ["lines"] and kinds("x" * 121) == ["columns"] and not kinds("x" * 120)
     assert judge_page("a\nb\n\nc.\nIt is grey.")[1] == [(5, "word", '"grey": American')]
     assert judge_source('// "what is so bad"\nf("a file of "\n  "what is \\"so\\"", "what")')[1][0][:2] == (2, "what")
+    assert judge_comments("// It takes what is\n// faint.\n\nf();  // what is new\n")[1] == [
+        (1, "what", "...It takes what is faint...."), (4, "what", "...what is new...")]
 
 
 def main():
@@ -145,7 +181,8 @@ def main():
         tail = [f"{kind} {count[kind]}" + (f" ({rate[kind]:.2f} of 1,000)" if kind in RATES else "") for kind in KINDS]
         if words:
             print(f"{name}: {words} words; {', '.join(tail)}")
-    return 1 if bad else 0
+    worse = [] if messages else check_comments(root)
+    return 1 if bad or worse else 0
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@
 
 namespace retint {
 
-// What is given of a pixel: nothing, or the side it is on.
+// The given side of a pixel, or nothing.
 enum class Seed : uint8_t { kNone, kInside, kOutside };
 
 // The pixels that are not given, in their order.

@@ -18,9 +18,9 @@ struct WandOptions {
 };
 
 // The connected pixels (of four) that are like the one the wand is held at: of its color (the mean
-// of the 3 x 3 about it), on a surface without a step, which faces nearly the same way. What has no
-// depth is judged by its color alone. OptionError for a pixel outside the view and a tolerance
-// below 0.
+// of the 3 x 3 about it), on a surface without a step, which faces nearly the same way. Pixels
+// without depth are judged only by their color. OptionError for a pixel outside the view and a
+// tolerance below 0.
 Mask MagicWand(const ViewLayers& layers, const WandOptions& options);
 
 // Pixels whose color is at most `tolerance` from `rgb` in OKLab.

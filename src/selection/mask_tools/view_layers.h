@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What one view shows, as the tools that look for an outline see it.
+// The layers of one view for the tools that look for an outline.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ struct ViewLayers {
   PixelArray<float, 3> rays;
   Image color;     // a render or a photo
   DepthMap depth;  // may be empty: then color alone decides
-  // Where surfaces lie, also of those that let much light through, which a mean depth puts far
+  // The depth of surfaces, also of those that let much light through, which a mean depth puts far
   // behind (SurfaceOptions::median). Empty: `depth`.
   DepthMap surface;
   const DepthMap& Surface() const { return surface.Empty() ? depth : surface; }

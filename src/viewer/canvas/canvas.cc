@@ -340,7 +340,7 @@ void Canvas::SetPicking(bool picking) {
 QColor Canvas::ColorAt(const QPointF& at) const {
   if (!frame_) return {};
   const QImage photo = showing_photo() ? photos_->Photo(picture()->name) : QImage();
-  if (photo.isNull() && frame_->serial < pick_from_) return {};  // of what showed before picking
+  if (photo.isNull() && frame_->serial < pick_from_) return {};  // of the picture before picking
   const bool before = photo.isNull() && ShowsSplit() && !frame_->before.isNull();
   QRectF rect = ImageRect(photo.isNull() ? frame_->camera : navigation_.Rendered());
   if (!rect.contains(at)) return {};

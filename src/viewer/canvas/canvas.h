@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The picture in the middle of the window: shows what the render thread makes, moves the camera,
-// draws frusta, photo, split line and labels on top. Pixels that are rendered are device pixels.
+// The picture in the middle of the window: shows the pictures of the render thread, moves the
+// camera, draws frusta, photo, split line and labels on top. Pixels that are rendered are device
+// pixels.
 #pragma once
 
 #include <array>
@@ -51,7 +52,7 @@ class Canvas : public QWidget {
   // Surfaces to hatch; null: none.
   void SetUncertain(std::shared_ptr<const std::vector<float>> shares);
   void SetHatching(bool hatching);
-  // What a camera's board shows where there is no photo, by the picture's name.
+  // The picture on a camera's board if there is no photo, by the picture's name.
   void SetBoard(const std::string& name, const QImage& render);
   void SetHeld(const Command& command, bool down);  // photo, original, flying
   // The next click takes a color of the scene, which shows alone meanwhile, without depth, points

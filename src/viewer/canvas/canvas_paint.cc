@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the canvas draws on and around the rendered picture.
+// The canvas's drawing on and around the rendered picture.
 #include <algorithm>
 #include <cmath>
 
@@ -49,7 +49,7 @@ std::shared_ptr<const LensPicture> Canvas::Lens() const {
 std::array<Eigen::Vector3d, 4> Canvas::CornersOf(const UserPicture& picture) const {
   const auto facts = controller_->facts();
   if (picture.faces.size() > 1) {
-    // What is seen all around has no corners: a board of the photo's shape, 90 degrees wide.
+    // A picture of all directions has no corners: a board of the photo's shape, 90 degrees wide.
     const double half = double(picture.height) / picture.width;
     return {{{-1, -half, 1}, {1, -half, 1}, {1, half, 1}, {-1, half, 1}}};
   }

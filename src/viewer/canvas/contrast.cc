@@ -70,7 +70,7 @@ std::optional<Eigen::Vector3f> RegionColors::Of(const RegionSelection& selection
     weights.emplace_back(opacity * double(shares[g]), g);
     most = std::max(most, weights.back().first);
   }
-  // What hardly covers anything says little about the region's looks.
+  // A Gaussian that hardly covers anything says little about the region's looks.
   std::erase_if(weights, [&](const auto& one) { return one.first < kCovers * most; });
   const size_t step = weights.size() / kMostGaussians + 1;
   std::vector<float> colors;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Colors for what is laid over a picture, so that it is told from what lies below.
+// Colors for overlays on a picture, so that they can be told from it.
 #pragma once
 
 #include <cstdint>

@@ -152,7 +152,7 @@ void Navigation::RotateAbout(const Eigen::Vector3d& point,
 
 void Navigation::Turn(const Eigen::Vector3d& about, double yaw, double pitch) {
   RotateAbout(about, Eigen::Quaterniond(Eigen::AngleAxisd(yaw, up_)));
-  // About the level right axis, so that the horizon's tilt stays what it is. The pitch stops before
+  // About the level right axis, so that the horizon's tilt stays as it is. The pitch stops before
   // the poles, but never where a view already is beyond them.
   const Eigen::Vector3d forward = Axis(cam_from_world_, 2);
   const Eigen::Vector3d level = forward.cross(up_);
@@ -182,7 +182,7 @@ void Navigation::Orbit(double dx, double dy) {
 void Navigation::Look(double dx, double dy) {
   Leave();
   const double distance = (focus_ - cam_from_world_.OriginInSource()).norm();
-  // What is under the cursor stays under it.
+  // The point under the cursor stays under it.
   Turn(cam_from_world_.OriginInSource(), dx / FocalPixels(), dy / FocalPixels());
   Level(cam_from_world_.OriginInSource(),
         1 - std::exp(-kLevelPerHeight * std::hypot(dx, dy) / height_));

@@ -15,7 +15,7 @@ class Navigation {
   // Up is square to the views' right axes, since people hold cameras level more often than they
   // hold them straight ahead; where those leave it open, it is nearest to the views' own.
   void SetScene(const Reconstruction& reconstruction);
-  // Where the exploration starts, and what Reset() goes back to.
+  // The start of the exploration, to which Reset() goes back.
   void SetHome(const View& view, const PosedCamera& posed);
   void SetViewport(int width, int height);  // pixels that are rendered
 

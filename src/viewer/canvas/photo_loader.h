@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The photos of pictures (SceneFacts), read in the background: small ones for lists and frusta,
 // whole ones to compare with; where a picture is a pinhole view of a distorted photo, that part,
-// undistorted. What is missing or damaged is a null picture.
+// undistorted. A missing or damaged photo is a null picture.
 #pragma once
 
 #include <map>
@@ -27,8 +27,8 @@ class PhotoLoader : public QObject {
   // Forgets everything of the scene before; null: no scene.
   void SetScene(std::shared_ptr<const SceneFacts> facts);
 
-  // By the picture's name. What has been read; else null, and photoReady() or thumbnailReady()
-  // follows (once; a photo that cannot be read stays null).
+  // By the picture's name. The picture if it has been read; else null, and photoReady() or
+  // thumbnailReady() follows (once; a photo that cannot be read stays null).
   QImage Thumbnail(const std::string& name);  // at most kThumbnailSide wide and high
   QImage Photo(const std::string& name);      // the few newest are kept
   // Whether reading the small one was tried, in vain.

@@ -129,7 +129,7 @@ void DrawHatching(const Mask& mask, double period, QImage& image) {
   }
 }
 
-// Of one picture's faces, in common colors. Where they are several, depth is the distance.
+// Of one picture's faces, in common colors. If they are several, depth is the distance.
 std::vector<QImage> DepthPictures(const std::vector<PosedCamera>& cameras,
                                   const std::vector<DepthMap>& depths) {
   if (depths.size() == 1) return {ToQImage(DepthPicture(depths.front()))};
@@ -430,7 +430,7 @@ class RenderThread::Impl {
     Post(owner, [owner, frame] { Q_EMIT owner->frameReady(frame); });
   }
 
-  // With the coefficients that show, what is drawn onto the surfaces included.
+  // With the coefficients that show, including the drawing on the surfaces.
   std::vector<QImage> DrawFaces(const FrameRequest& request, const Cameras& cameras, double scale) {
     const bool colored = request.what == RenderWhat::kRgb;
     const bool cloud = request.cloud && !request.cloud->points.empty();

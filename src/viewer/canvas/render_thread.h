@@ -43,7 +43,7 @@ struct FrameRequest {
   std::shared_ptr<const LensPicture> lens;  // of `camera` where that is not pinhole, else null
   RenderWhat what = RenderWhat::kRgb;
   bool moving = false;                        // soon rather than sharp
-  ShPointer sh;                               // null: what the frame before had
+  ShPointer sh;                               // null: those of the frame before
   ActivePointer sh_active;                    // of `sh`, see SceneController::sh_active()
   ShPointer before;                           // also render these, for the split slider; null: no
   std::shared_ptr<const OverlayCloud> cloud;  // null: none

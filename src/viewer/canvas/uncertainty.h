@@ -21,7 +21,7 @@ class Uncertainty : public QObject {
   struct Found {
     uint64_t selection = 0;                               // it is of
     std::shared_ptr<const std::vector<float>> undecided;  // [N] 1 - confidence of the completion
-    std::vector<ViewSuggestion> views;                    // what to paint next, the best first
+    std::vector<ViewSuggestion> views;                    // the views to paint next, the best first
   };
 
   Uncertainty(SceneController* controller, CurrentRegion* current, QObject* parent = nullptr);

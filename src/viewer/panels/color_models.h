@@ -15,7 +15,7 @@ struct ColorPlace {
 
 struct ColorModel {
   const char* name;
-  const char* across;  // what goes to the right
+  const char* across;  // the component that grows to the right
   const char* up;
   // The color of a place; invalid where sRGB has none.
   QColor (*color)(const ColorPlace& place);

@@ -21,8 +21,8 @@ namespace retint {
 
 class SwatchRow;
 
-// The colors of one hue: see ColorModel for what lies to the right and upwards. Where there is no
-// color the area is hatched.
+// The colors of one hue: see ColorModel for what lies to the right and upwards. Places without a
+// color are hatched.
 class ColorSquare : public QWidget {
   Q_OBJECT
 

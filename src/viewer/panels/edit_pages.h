@@ -186,7 +186,7 @@ class GradientPage : public EditPage {
   QToolButton *add_, *remove_, *reverse_;
 };
 
-// The region's main colors, and what each becomes.
+// The region's main colors, each with its new color.
 class PalettePage : public EditPage {
   Q_OBJECT
 
@@ -211,7 +211,7 @@ class PalettePage : public EditPage {
   uint64_t asked_of_ = 0;
 };
 
-// What was painted on views in another program.
+// Paint on views from another program.
 class PicturePage : public EditPage {
   Q_OBJECT
 

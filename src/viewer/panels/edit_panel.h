@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The editor of one edit: the list of its operations, and the modes in which they are made. It
-// knows nothing of regions: an edit comes in, and what the user makes of it goes out.
+// knows nothing of regions: an edit comes in, and the user's changed one goes out.
 #pragma once
 
 #include <cstdint>

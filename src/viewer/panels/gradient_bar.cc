@@ -58,7 +58,7 @@ void GradientBar::AddStop(double at) {
   ColorOperation gradient;
   gradient.kind = ColorOperationKind::kGradient;
   gradient.values = stops_;
-  // A gray of that lightness shows what the gradient makes of it.
+  // A gray of that lightness shows its color in the gradient.
   const QColor here = Edited({{gradient}, 1}, GrayOf(at));
   size_t next = 0;
   while (next < count() && double(stops_[4 * next]) < at) ++next;

@@ -46,7 +46,7 @@ class MaskView : public QWidget {
   CurrentRegion* current_;
   bool shown_ = false;
   RegionId asked_ = 0;                         // 0: nothing is under way
-  std::shared_ptr<const RegionSelection> of_;  // of what was asked for last
+  std::shared_ptr<const RegionSelection> of_;  // of the last request
   PosedCamera camera_;                         // of picture_ or of what was asked for
   QImage picture_;                             // ARGB, the mask's size; null: none
   QTimer rest_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The background optimizer: what it is at, how far it came, and its options.
+// The background optimizer: its current work, its progress, and its options.
 #pragma once
 
 #include <string>

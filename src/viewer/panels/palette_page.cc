@@ -22,7 +22,7 @@ using Kind = ColorOperationKind;
 
 constexpr QSize kPair(36, 18);
 
-// What it is to the left, what it becomes to the right.
+// Its color to the left, its new color to the right.
 QIcon PairIcon(const QColor& from, const QColor& to, const QPalette& palette) {
   QPixmap picture(kPair);
   QPainter painter(&picture);
@@ -81,7 +81,7 @@ void PalettePage::Ask(int count) {
   asked_ = count;
   ColorOperation operation = ColorOperation::Palette(count);
   if (const ColorOperation* old = shown(Kind::kPalette)) {
-    // What the most frequent ones become stays.
+    // The new colors of the most frequent ones stay.
     operation.strength = old->strength;
     const size_t both = std::min(operation.values.size(), old->values.size());
     for (size_t i = 0; i < both; ++i) {

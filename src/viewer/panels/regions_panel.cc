@@ -70,7 +70,7 @@ RegionsPanel::RegionsPanel(SceneController* controller, Canvas* canvas, CurrentR
   layout->setContentsMargins(6, 6, 6, 6);
   layout->addWidget(buttons_);
   layout->addWidget(empty_);
-  constexpr int kFirst = 1000;  // takes what is left over before the end does
+  constexpr int kFirst = 1000;  // takes the remaining room before the end does
   layout->addWidget(list_, kFirst);
   layout->addWidget(editors_);
   layout->addStretch(1);

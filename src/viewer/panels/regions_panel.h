@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The list of regions and what is done to them. The first of the list is applied first.
+// The list of regions and the commands for them. The first of the list is applied first.
 #pragma once
 
 #include <optional>

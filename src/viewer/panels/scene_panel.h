@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is open: files, cameras, points, Gaussians, and what seems wrong with them.
+// The open scene: files, cameras, points, Gaussians, and their likely faults.
 #pragma once
 
 #include <string>

@@ -42,7 +42,7 @@ Settings OfPreset(const std::string& name) {
   return {preset.select, preset.projector};
 }
 
-// What the newest computation found in a painted view.
+// The newest computation's findings in a painted view.
 QString ReportText(const PaintedReport& report) {
   QString text = SelectionPanel::tr("%1: depth of %2 % of the pixels, %3 points")
                      .arg(QString::fromStdString(report.view))

@@ -27,7 +27,7 @@
 namespace retint {
 namespace {
 
-constexpr int kThumbWidth = 112;  // at least; the columns share what the list is wider
+constexpr int kThumbWidth = 112;  // at least; the columns share the rest of the list's width
 constexpr int kThumbMargin = 12;
 constexpr int kCountedSide = 1024;  // pixels
 constexpr int kRestMs = 800;        // of unchanged colors, before pictures of them are rendered
@@ -195,7 +195,7 @@ void ViewsPanel::Build() {
 void ViewsPanel::Connect(StrokePreview* preview) {
   connect(order_, &QComboBox::activated, this, &ViewsPanel::ChooseOrder);
   connect(list_, &QListWidget::itemActivated, this, &ViewsPanel::Jump);
-  // The mouse has chosen the view; what comes next is done on it. Return goes on in the list.
+  // The mouse has chosen the view; the next command is for it. Return goes on in the list.
   connect(list_, &QListWidget::itemDoubleClicked, this,
           [this] { canvas_->setFocus(Qt::MouseFocusReason); });
   connect(list_->verticalScrollBar(), &QScrollBar::valueChanged, this, &ViewsPanel::AskThumbnails);

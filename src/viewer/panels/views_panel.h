@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The training views as pictures (SceneFacts): their photos, and once colors were changed, renders
-// of what is on the screen. While one paints, what the stroke selects is laid over them. A badge
+// of the colors on the screen. While one paints, the stroke's selection is laid over them. A badge
 // says how much of each the current region's mask covers.
 #pragma once
 
@@ -71,7 +71,7 @@ class ViewsPanel : public QWidget {
   PhotoLoader* photos_;
   CurrentRegion* current_;
   Uncertainty* uncertainty_;
-  QComboBox* order_;  // what is wanted
+  QComboBox* order_;  // the wanted pictures
   Order in_force_ = kByName;
   QListWidget* list_;
   QLabel* note_;
@@ -79,7 +79,7 @@ class ViewsPanel : public QWidget {
   std::map<std::string, double> coverage_;  // in [0, 1], of counted_
   std::map<std::string, ViewQuality> quality_;
   std::string measured_edit_;              // SceneController::EditKey() of quality_
-  std::map<std::string, double> settles_;  // share of what is uncertain, in [0, 1]
+  std::map<std::string, double> settles_;  // share of the uncertain part, in [0, 1]
   uint64_t counted_ = 0;                   // selection, 0: none
   // Of a picture, which sh_version() it shows; none: the photo.
   std::map<std::string, uint64_t> rendered_;

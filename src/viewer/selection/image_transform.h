@@ -23,7 +23,7 @@ struct ImageTransform {
     return fit;
   }
 
-  // What lies at `at` (widget) stays there.
+  // The point at `at` (widget) stays there.
   void ZoomAt(const Eigen::Vector2d& at, double new_scale) {
     const Eigen::Vector2d fixed = ToImage(at);
     scale = new_scale;

@@ -265,7 +265,7 @@ PixelRect MaskEditor::Record(const PixelRect& rect) {
     changed = changed.United({x0, y, rect.x0 + last + 1, y + 1});
   }
   if (changed.Empty()) return {};
-  while (steps_.size() > cursor_) {  // what was undone is forgotten
+  while (steps_.size() > cursor_) {  // undone steps are forgotten
     bytes_ -= steps_.back().delta.size();
     steps_.pop_back();
   }

@@ -59,7 +59,7 @@ class MaskEditor {
   // One step of the history from BeginStroke to EndStroke. The first dab is set at once; StrokeTo
   // covers what a brush swept along the segment from the last position covers. A move costs as much
   // as the box about that segment, whatever the image's size. Overlaps within a stroke do not add
-  // up. kReplace and kIntersect clear what lies outside when the stroke begins. A stroke in
+  // up. kReplace and kIntersect clear the pixels outside when the stroke begins. A stroke in
   // progress is ended by any other change.
   PixelRect BeginStroke(const Eigen::Vector2d& at, const BrushOptions& brush, Combine combine);
   PixelRect StrokeTo(const Eigen::Vector2d& to);
@@ -77,7 +77,7 @@ class MaskEditor {
   // Any shape, coverage in [0, 255]. Nothing, unless it is of the mask's size.
   PixelRect Fill(const Mask& shape, Combine combine);
   PixelRect Grow(int pixels);    // by a disc
-  PixelRect Shrink(int pixels);  // what the border cuts off does not count as outside
+  PixelRect Shrink(int pixels);  // pixels that the border cuts off do not count as outside
   PixelRect Invert();
   PixelRect SelectAll();
   PixelRect SelectNone();
@@ -91,7 +91,7 @@ class MaskEditor {
   size_t history_bytes() const { return bytes_; }
 
  private:
-  // What changed: the old pixels XOR the new ones, so that the same bytes serve undo and redo.
+  // The change: the old pixels XOR the new ones, so that the same bytes serve undo and redo.
   struct Step {
     PixelRect rect;
     std::vector<uint8_t> delta;  // [height, width] of rect

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The mask as it is laid over the frozen view: a tint, and an outline so that color is not the
-// only signal. Beside it, fainter, what else it selects.
+// only signal. Beside it, fainter, the other selected pixels.
 #pragma once
 
 #include <QColor>

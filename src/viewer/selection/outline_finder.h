@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Runs what looks for an outline (selection/mask_tools/) off the GUI thread, one after the other.
+// Runs searches for an outline (selection/mask_tools/) off the GUI thread, one after the other.
 #pragma once
 
 #include <cstdint>
@@ -24,11 +24,11 @@ class OutlineFinder : public QObject {
   using Done = std::function<void(const Mask& found)>;
 
   explicit OutlineFinder(QObject* parent = nullptr);
-  ~OutlineFinder() override;  // cancels what runs and waits for it
+  ~OutlineFinder() override;  // cancels the running search and waits for it
 
   // `done` with what `work` found, or failed(), follows on the GUI thread, after those of what was
-  // asked for before. What waits for the same gesture is replaced, so that a drag is answered as
-  // often as the machine can.
+  // asked for before. A waiting search of the same gesture is replaced, so that a drag is answered
+  // as often as the machine can.
   void Find(uint64_t gesture, Work work, Done done);
   // Nothing that was asked for is answered any more.
   void Cancel();

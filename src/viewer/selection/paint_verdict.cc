@@ -45,7 +45,7 @@ PaintVerdict::PaintVerdict(SceneController* controller, Banner* banner, QWidget*
 void PaintVerdict::Show(RegionId id) {
   const Region* region = controller_->regions().Find(id);
   if (!region || !region->selection || region->selection->source.painted.empty()) return;
-  if (banner_->Asks()) return;  // what needs an answer stays
+  if (banner_->Asks()) return;  // a line that needs an answer stays
   const RegionSelection& selection = *region->selection;
   const Workspace& workspace = *controller_->facts()->workspace;
   const auto warnings = WarningsOfPaint(workspace, selection.source.painted, selection.masks);

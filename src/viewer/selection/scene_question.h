@@ -27,7 +27,7 @@ class SceneQuestion : public QObject {
   SceneQuestion(SceneController* controller, SelectionMode* mode);
   ~SceneQuestion() override;  // nobody waits for an answer any more
 
-  // The outline is another one, or nobody paints: what was asked is over.
+  // The outline is another one, or nobody paints: the question is over.
   void Withdraw();
   bool IsAsking() const;
   void AskTheUser(const SceneAnswer& answer);

@@ -288,8 +288,8 @@ ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
   auto* rows = new WrapLayout(this);
   rows->setContentsMargins(6, 3, 6, 3);
   rows->setSpacing(6);
-  // Where there is no room for all in a row: what edits above, what ends the mode below. The
-  // buttons alone where it is narrower still.
+  // If there is no room for all in a row: editing above, ending the mode below. The buttons alone
+  // where it is narrower still.
   const auto part = [&](QSizePolicy::Policy across) {
     auto* widget = new QWidget;
     widget->setSizePolicy(across, QSizePolicy::Fixed);
@@ -387,7 +387,7 @@ void ActionStrip::SetTargets(const QStringList& targets, int current, const QStr
   target_->setCurrentIndex(current);
   place_->setText(place);
   place_->setToolTip(place);
-  // No wider than its text: what is left of the row is the hint's.
+  // No wider than its text: the rest of the row is the hint's.
   place_->setMaximumWidth(std::max(kPlaceWidth, place_->sizeHint().width()));
   QWidget* part = target_->parentWidget();
   part->setMaximumWidth(part->layout()->maximumSize().width());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The slim strips of selection mode. Above the view: the tools and the options of the one at hand.
-// Below it: operations, what a click does or what went wrong, accept and cancel.
+// Below it: operations, the effect of a click or an error, accept and cancel.
 #pragma once
 
 #include <vector>
@@ -80,11 +80,11 @@ class ActionStrip : public QFrame {
  public:
   explicit ActionStrip(SelectionCanvas* canvas, QWidget* parent = nullptr);
 
-  // What went wrong or what to do next; stays until the next edit.
+  // An error or the next step; stays until the next edit.
   void ShowMessage(const QString& message, bool warning);
   QString message() const;  // empty: only a hint shows
-  // What the strokes go to, "New region" or a region, and where one paints. Another target can be
-  // chosen until the first stroke.
+  // The region of the strokes, "New region" or another, and the picture that one paints on. Another
+  // target can be chosen until the first stroke.
   void SetTargets(const QStringList& targets, int current, const QString& place);
   void SetPaintable(bool paintable);
 

@@ -96,7 +96,7 @@ void SelectionCanvas::Changed(const PixelRect& changed) {
   Q_EMIT edited();
 }
 
-// One that stands out from what is selected.
+// One that stands out from the selection.
 void SelectionCanvas::ChooseOverlayColor() {
   const Mask& mask = editor_.mask();
   if (mask.width != image_.width() || mask.height != image_.height()) return;
@@ -111,7 +111,7 @@ void SelectionCanvas::ChooseOverlayColor() {
 
 void SelectionCanvas::SetTool(SelectionTool tool) {
   if (tool == tool_) return;
-  // What was drawn to its end is still found.
+  // A drawing that was finished is still searched for.
   if (drawing_ || tuning_ || editor_.InStroke()) CancelDrawing();
   ForgetScribbles();
   tool_ = tool;
@@ -232,7 +232,7 @@ Combine SelectionCanvas::CombineFor(Qt::KeyboardModifiers modifiers) const {
   if (shift && control) return Combine::kIntersect;
   if (control) return Combine::kRemove;
   if (shift || tool_ == SelectionTool::kBrush) return Combine::kAdd;
-  // Of what is selected, where something is.
+  // Of the selection, if there is one.
   if (tool_ == SelectionTool::kLike && editor_.AnyInside()) return Combine::kIntersect;
   return Combine::kReplace;
 }
@@ -447,7 +447,7 @@ bool SelectionCanvas::HandleKey(const QKeyEvent& event) {
       }
       break;
     case SelectionAct::kLeave:
-      // Out of what is drawn, then of the tool, then of the mode.
+      // Out of the drawing, then of the tool, then of the mode.
       if (CancelDrawing()) break;
       if (paintable_ && tool_ != SelectionTool::kBrush) {
         SetTool(SelectionTool::kBrush);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The frozen view as an image editor: mouse and keys to a MaskEditor, zoom and pan, brush outline,
 // overlay. Knows nothing of scenes: a picture, its layers and a mask come in, the mask is read off
-// editor(). What takes long to find is found on another thread, and shows when it is.
+// editor(). Slow searches run on another thread, and show when they are done.
 #pragma once
 
 #include <memory>
@@ -68,7 +68,7 @@ class SelectionCanvas : public QWidget {
   void FitView();
   void ActualSize();  // one image pixel a widget pixel
 
-  // What keys and buttons do alike.
+  // Actions of both keys and buttons.
   bool CanUndo() const { return editor_.CanUndo() || !scribbles_.empty(); }
   bool CanRedo() const { return editor_.CanRedo() || !undone_.empty(); }
   void Undo();
@@ -81,7 +81,7 @@ class SelectionCanvas : public QWidget {
   void RefineBorder();  // all of it, within the brush's radius
   bool IsFinding() const { return finder_->IsBusy(); }
   QString Hint() const;  // what to do next; parts that may be left out are set apart by "  ·  "
-  // Ends what is being drawn without a change. False when there was nothing.
+  // Ends the current drawing without a change. False when there was nothing.
   bool CancelDrawing();
   // Whether this key (with these modifiers) means something here; HandleKey does it.
   bool WantsKey(const QKeyEvent& event) const;
@@ -92,7 +92,7 @@ class SelectionCanvas : public QWidget {
   void optionsChanged();  // tool, brush, outline, opacity
   void hintChanged();
   void findingChanged();  // IsFinding()
-  void found();           // what was looked for shows
+  void found();           // the result shows
   void notFound(const QString& why);
   void cursorMoved();
   void acceptRequested();
@@ -115,7 +115,7 @@ class SelectionCanvas : public QWidget {
  private:
   bool IsBrush() const { return tool_ == SelectionTool::kBrush || tool_ == SelectionTool::kEraser; }
   bool IsScribble() const { return tool_ == SelectionTool::kScribble; }
-  bool HasCorners() const;  // what is drawn is set corner by corner
+  bool HasCorners() const;  // the drawing is set corner by corner
   Combine CombineFor(Qt::KeyboardModifiers modifiers) const;
   void Press(const Eigen::Vector2d& at, Qt::KeyboardModifiers modifiers);
   void FinishDrawing();
@@ -124,7 +124,7 @@ class SelectionCanvas : public QWidget {
   void Find(uint64_t gesture, Combine combine, OutlineFinder::Work work);
   void NotFound(const QString& why);
   void Tune(const QPointF& cursor);
-  void FindDrawn();  // what the drawing means so far
+  void FindDrawn();  // the meaning of the drawing so far
   void FindScribbled();
   void FindRefined(const std::vector<Eigen::Vector2d>& stroke);  // empty: everywhere
   void AddScribble(const Drawing& drawing);
@@ -158,9 +158,9 @@ class SelectionCanvas : public QWidget {
   std::optional<Drawing> drawing_;
   std::optional<Tuning> tuning_;
   std::vector<Scribble> scribbles_, undone_;  // undone_: the newest first
-  Mask under_scribbles_;                      // what they add to; may be empty
+  Mask under_scribbles_;                      // the mask that they add to; may be empty
   uint64_t gesture_ = 0;                      // the newest
-  uint64_t applied_ = 0;  // the newest step of the history is what was found for it
+  uint64_t applied_ = 0;                      // the newest step of the history is its result
   std::shared_ptr<const Mask> undecided_;
   uint64_t undecided_of_ = 0;  // which gesture's outline leaves that open
   Mask hatched_;

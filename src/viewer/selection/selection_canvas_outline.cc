@@ -21,7 +21,7 @@ constexpr int kMostReach = 200;           // pixels
 
 int Floor(double value) { return static_cast<int>(std::floor(value)); }
 
-// The box about what was dragged over, `margin` of its size larger on each side.
+// The box about the dragged box, `margin` of its size larger on each side.
 std::optional<std::array<Eigen::Vector3d, 2>> BoxAbout(const std::vector<Eigen::Vector3d>& points,
                                                        double margin) {
   if (points.empty()) return std::nullopt;
@@ -57,7 +57,7 @@ void ClipToDrag(const std::vector<Eigen::Vector2d>& points, double margin, Mask*
 
 void SelectionCanvas::Find(uint64_t gesture, Combine combine, OutlineFinder::Work work) {
   finder_->Find(gesture, std::move(work), [this, gesture, combine](const Mask& mask) {
-    // In place of what was found for the same gesture before.
+    // Instead of the earlier result for the same gesture.
     PixelRect changed;
     if (applied_ == gesture) changed = editor_.Undo();
     const PixelRect filled = editor_.Fill(mask, combine);
@@ -182,7 +182,7 @@ void SelectionCanvas::FindScribbled() {
   Mask inside(layers_->color.width, layers_->color.height), outside = inside;
   for (Scribble& scribble : scribbles_) {
     if (!scribble.found) scribble.gesture = gesture;
-    // Where strokes cross, the later one holds.
+    // If strokes cross, the later one holds.
     Mask stroke(inside.width, inside.height);
     DrawStroke(scribble.points, scribble.width, &stroke);
     for (size_t p = 0; p < stroke.data.size(); ++p) {
@@ -194,13 +194,13 @@ void SelectionCanvas::FindScribbled() {
   const bool bounded = std::any_of(outside.data.begin(), outside.data.end(),
                                    [](uint8_t value) { return value > 0; });
   if (!bounded) outside = {};
-  // Strokes outside alone take away: colors that they teach must not bring in what was not
-  // selected.
+  // Strokes that are only outside take away: colors that they teach must not bring in unselected
+  // pixels.
   const bool takes_away =
       std::all_of(scribbles_.begin(), scribbles_.end(),
                   [](const Scribble& scribble) { return scribble.found || scribble.outside; });
   const Mask most = takes_away && scribbles_.front().found ? editor_.mask() : Mask();
-  const auto undecided = std::make_shared<Mask>();  // read once what was found shows
+  const auto undecided = std::make_shared<Mask>();  // read once the result shows
   undecided_ = undecided;
   undecided_of_ = gesture;
   Find(gesture, Combine::kReplace,
@@ -282,7 +282,7 @@ void SelectionCanvas::FindRefined(const std::vector<Eigen::Vector2d>& stroke) {
 
 // --- What to do next -----------------------------------------------------------------------------
 
-// The first part is short: it is what shows where there is little room.
+// The first part is short: it shows if there is little room.
 QString SelectionCanvas::Hint() const {
   if (IsFinding() && !drawing_ && !tuning_) return tr("Finding the outline  ·  Esc stops it");
   const QString combine = tr("  ·  Shift adds, Ctrl removes, Shift+Ctrl intersects");

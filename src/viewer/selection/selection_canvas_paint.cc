@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the selection canvas shows.
+// The drawing of the selection canvas.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -126,7 +126,7 @@ void SelectionCanvas::PaintDrawing(QPainter& painter) const {
       break;
   }
   if (HasCorners()) {
-    // Between its corners, what the scissors follow shows as the border of the selection.
+    // Between its corners, the path of the scissors shows as the border of the selection.
     if (drawing_->tool == SelectionTool::kScissors && outline.size() > 3) {
       Contrasted(painter, [&] { painter.drawLine(outline[outline.size() - 2], outline.last()); });
     } else {
@@ -166,7 +166,7 @@ void SelectionCanvas::PaintBrush(QPainter& painter) const {
       painter.drawEllipse(*cursor_, core, core);
     }
   }
-  // What the stroke will do, beside the cursor: + adds, - removes, x intersects.
+  // The effect of the stroke, beside the cursor: + adds, - removes, x intersects.
   const Combine combine = CombineFor(modifiers_);
   if (combine == Combine::kReplace || (IsBrush() && combine == Combine::kAdd)) return;
   if (tool_ == SelectionTool::kRefine) return;

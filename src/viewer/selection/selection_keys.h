@@ -13,7 +13,7 @@ class SelectionCanvas;
 
 enum class SelectionAct {
   kRun,     // `run`, on a view that can be painted
-  kAccept,  // the rest goes with what is being drawn, and with any modifiers
+  kAccept,  // the rest goes with the current drawing, and with any modifiers
   kLeave,
   kPan,          // held
   kHideOverlay,  // held

@@ -108,7 +108,7 @@ std::shared_ptr<OverlayCloud> MakeOverlayCloud(const RegionSelection& selection,
   return cloud;
 }
 
-// What the worker finds out about a view.
+// The worker's findings about a view.
 struct SelectionMode::Frozen {
   QImage image;
   ViewLayers layers;

@@ -31,7 +31,7 @@ class ToolStrip;
 std::shared_ptr<OverlayCloud> MakeOverlayCloud(const RegionSelection& selection,
                                                size_t most_points = 200000);
 
-// Where selection mode is entered.
+// The picture in which selection mode is entered.
 struct SelectionEntry {
   QString view;  // of a view or a distorted photo of the workspace; empty: `camera` stands freely
   PosedCamera camera;   // in whose pixels one paints: the view's, the photo's, or any pinhole
@@ -48,8 +48,8 @@ class SelectionMode : public QWidget {
   // Freezes a view: ready() follows. Entering where one left without accepting goes on with the
   // same strokes and their history. False when no scene is open or a selection is being computed.
   bool Enter(const SelectionEntry& entry);
-  // Depth, cloud, registration and masks, then the region: accepted(). What cannot be accepted is
-  // said in message(); failures and cancelling lead back to painting.
+  // Depth, cloud, registration and masks, then the region: accepted(). message() says why a
+  // selection cannot be accepted; failures and cancelling lead back to painting.
   void Accept();
   // Out of the mode; strokes are kept for the next visit. While computing: cancels that instead.
   void Leave();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the selection canvas paints with, and what is being drawn.
+// The tools of the selection canvas, and the current drawing.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,7 @@ enum class SelectionTool {
 struct OutlineOptions {
   WandOptions wand;                   // its pixel is where one clicks
   double like = WandOptions().color;  // OKLab distance of "like this color"
-  double box_margin = 0.1;            // of the size of what was dragged over, on each side
+  double box_margin = 0.1;            // of the size of the dragged box, on each side
   BrushOptions scribble = {4, 1};
 };
 
@@ -55,8 +55,8 @@ struct Tuning {
   bool asked = false;
 };
 
-// A stroke on the object or on what is not the object. What all of them together mean is found
-// after each; strokes that were drawn meanwhile share a gesture and a step of the history.
+// A stroke on the object or beside it. What all of them together mean is found after each; strokes
+// that were drawn meanwhile share a gesture and a step of the history.
 struct Scribble {
   std::vector<Eigen::Vector2d> points;  // image
   double width;                         // pixels of the image

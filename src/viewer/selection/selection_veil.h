@@ -28,7 +28,7 @@ class SelectionVeil : public QObject {
 
  private:
   Mask mask_;
-  PixelRect inside_;  // holds what of it is inside
+  PixelRect inside_;  // holds its inside part
   QVariantAnimation fade_;
 };
 

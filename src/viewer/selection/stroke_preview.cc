@@ -19,7 +19,7 @@ namespace {
 // Of a round. What is left for a later one then comes first: of a large scene a stroke shows in one
 // picture after the other, and whoever accepts need not wait for all of them.
 constexpr double kRoundMs = 400;
-// Pixels of a veil, about a canvas's; what is larger is rendered smaller.
+// Pixels of a veil, about a canvas's; larger pictures are rendered smaller.
 constexpr int kVeilSide = 960;
 
 // A picture that is laid over the view's: the inside in `color`, its border opaque.
@@ -75,7 +75,7 @@ Mask Lifted(Renderer& renderer, const PosedCamera& view, const std::vector<float
                   height);
 }
 
-// What the Gaussians' shares select, in the pixels of what is painted.
+// The selection of the Gaussians' shares, in the pixels of the painted picture.
 Mask VeilOf(EditSession& session, const PaintedView& painted, const std::vector<float>& shares) {
   Renderer& renderer = session.scene().renderer();
   if (!IsOnPhoto(painted)) return Lifted(renderer, painted.camera, shares);

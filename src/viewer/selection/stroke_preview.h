@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Shows what a stroke selects while it is drawn: PaintShares() of the paint so far, rendered as the
-// veil of the view that is painted, then small in other views, one after the other. Where strokes
-// come faster than pictures, the newest waits and those between are dropped; nobody waits for more
-// than one round of pictures.
+// veil of the view that is painted, then small in other views, one after the other. If strokes come
+// faster than pictures, the newest waits and those between are dropped; nobody waits for more than
+// one round of pictures.
 #pragma once
 
 #include <functional>
@@ -36,7 +36,7 @@ class StrokePreview : public QObject {
   bool IsBusy() const { return busy_; }
 
  Q_SIGNALS:
-  // What is selected in a view or a photo, transparent elsewhere.
+  // The selection in a view or a photo, transparent elsewhere.
   void shown(const QString& view, const QImage& overlay);
   void finished();  // every view that was visible shows the newest paint
   void cleared();   // the mode is over, or nothing is painted

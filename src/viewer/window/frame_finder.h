@@ -25,8 +25,8 @@ class FrameFinder : public QObject {
   explicit FrameFinder(QObject* parent = nullptr);
   ~FrameFinder() override;  // cancels and joins
 
-  // Do renders and photos agree as the request has it? checked() or failed(). What was asked before
-  // is cancelled and answers no more; so also below.
+  // Do renders and photos agree as the request has it? checked() or failed(). An earlier request is
+  // cancelled and answers no more; so also below.
   void Check(const OpenRequest& request);
   // retint align, from where the request says that the splat lies: progressed(), then aligned() or
   // failed().

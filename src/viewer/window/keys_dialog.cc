@@ -13,7 +13,7 @@
 namespace retint {
 namespace {
 
-// What keys alone do not say.
+// Hints that keys do not say themselves.
 const KeyRow kSelectionMouse[] = {
     {"Selection mode", "Erase with the brush", "hold Ctrl"},
     {"Selection mode", "Scribble on what is not the object", "hold Ctrl"},

@@ -234,7 +234,7 @@ void MainWindow::ConnectScene() {
     colors_.Clear();
     ShowWarnings(controller_->facts()->warnings);
     SetCurrentRegion(0);
-    // Points would hide what the edits of a session have made.
+    // Points would hide the edits of a session.
     canvas_->SetCloudShown(
         std::ranges::all_of(controller_->regions().regions,
                             [](const Region& region) { return ChangesNothing(region.edit); }));
@@ -424,7 +424,7 @@ void MainWindow::ShowCloudOfCurrent() {
   const Region* region = current_->region();
   const auto selection = region ? region->selection : nullptr;
   const auto facts = controller_->facts();
-  // In a color that stands out from what the edit makes of the region.
+  // In a color that stands out from the edited region.
   QColor color;
   if (region && facts)
     color = ContrastingColor(colors_.After(*region, *facts->original), cloud_color_);
@@ -438,7 +438,7 @@ void MainWindow::ShowCloudOfCurrent() {
   canvas_->SetCloud(cloud);
 }
 
-// As long as the points show: they are less than what is selected.
+// As long as the points show: they are less than the selection.
 void MainWindow::ShowCloudNote() {
   const Region* region = current_->region();
   const QString key = KeyText("show.mask");

@@ -49,11 +49,11 @@ class VideoMaker;
 class ViewsPanel;
 struct Preferences;
 
-// What the command line asks for.
+// The requests of the command line.
 struct StartOptions {
   OpenRequest scene;              // empty paths: not given
   std::filesystem::path session;  // NAME.retint
-  QString problem;                // why what was given cannot be opened; empty: it can
+  QString problem;                // why the given files cannot be opened; empty: they can
 };
 
 class MainWindow : public QMainWindow {
@@ -63,7 +63,7 @@ class MainWindow : public QMainWindow {
   explicit MainWindow(Theme* theme, QWidget* parent = nullptr);
   ~MainWindow() override;
 
-  // After show(): opens what was asked for; missing parts are asked for in the dialog.
+  // After show(): opens the requested scene; the dialog asks for missing parts.
   void Start(const StartOptions& options);
   void OpenScene(const OpenRequest& request);
   void OpenPaths(const QStringList& paths);  // as if dropped
@@ -101,7 +101,7 @@ class MainWindow : public QMainWindow {
   void Say(const QString& text);
   // The same until something else is to be said.
   void Warn(const QString& text);
-  // Whether the regions differ from what was last saved or opened.
+  // Whether the regions differ from those last saved or opened.
   bool IsModified() const { return isWindowModified(); }
   // The size of a first window on a screen with so much room.
   static QSize FirstSize(const QSize& room);
@@ -180,8 +180,8 @@ class MainWindow : public QMainWindow {
   void ExportTurntable();
   void ExportComparison();
   void MakeVideo(const std::filesystem::path& folder, const std::filesystem::path& video);
-  // Where output is proposed: the folder that was written to last, else beside the session or the
-  // workspace. The name begins with that of what is open and ends in `ending`.
+  // The proposed folder of outputs: the one that was written to last, else beside the session or
+  // the workspace. The name begins with that of the open scene and ends in `ending`.
   std::filesystem::path ProposedOutput(const QString& ending) const;
   static void RememberOutput(const std::filesystem::path& path);
   // Runs `go` at once where none of `files` is there, else after the user agreed to replace them.

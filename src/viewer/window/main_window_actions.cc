@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The window's actions, menus and what they do besides files.
+// The window's actions and menus, and their work apart from files.
 #include <QAction>
 #include <QApplication>
 #include <QClipboard>

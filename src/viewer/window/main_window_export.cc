@@ -57,7 +57,7 @@ std::vector<fs::path> ViewFiles(const fs::path& folder, const std::vector<std::s
   return files;
 }
 
-// What the pictures that show `views` are called.
+// The name of pictures that show `views`.
 std::vector<std::string> PictureNames(const SceneFacts& facts,
                                       const std::vector<const View*>& views) {
   std::vector<std::string> names;

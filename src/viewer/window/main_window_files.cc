@@ -84,7 +84,7 @@ OpenRequest RecentRequest(const QString& entry) {
   return request;
 }
 
-// What a recent file is called.
+// The name of a recent file.
 QString RecentTitle(const QString& entry) {
   QStringList files = entry.split(kBetween).mid(0, 2);
   files.removeAll(QString());  // a splat alone has no workspace
@@ -142,7 +142,7 @@ void MainWindow::OpenRequested(const OpenRequest& request, bool from_form) {
   });
 }
 
-// Where a form was filled in, it comes back with the reason; else the reason alone is shown.
+// If a form was filled in, it comes back with the reason; else only the reason is shown.
 void MainWindow::OnOpenFailed(const QString& message) {
   ShowPage();
   if (!form_) return ShowError(tr("The scene cannot be opened"), message);
@@ -364,7 +364,8 @@ void MainWindow::Save(bool as, std::function<void()> then) {
   SaveAgain(std::move(then));
 }
 
-// To the session that is open. What another program has saved there meanwhile is not lost unasked.
+// To the session that is open. A file that another program has saved there meanwhile is not lost
+// unasked.
 void MainWindow::SaveAgain(std::function<void()> then) {
   const auto folder = sessions_->folder();
   if (!sessions_->IsSavedElsewhere()) return sessions_->Save(folder, std::move(then));
@@ -470,7 +471,7 @@ void MainWindow::ConfirmThen(const QString& what, std::function<void()> go, bool
   ShowDialog(box);
 }
 
-// Where that was may be long ago.
+// That may be long ago.
 QString MainWindow::LossOfPaint() const {
   const QString view = selection_->entry().view;
   return tr("What you painted %1 has not been accepted. It will be lost.")

@@ -100,7 +100,7 @@ class PanelDrops : public QObject {
     if (!InPanel(static_cast<QWidget*>(object)) || LocalPaths(*drag->mimeData()).isEmpty()) {
       return false;
     }
-    drag->ignore();  // goes on to what holds the field
+    drag->ignore();  // goes on to the parent of the field
     return true;
   }
 };
@@ -126,7 +126,7 @@ class PanelWheel : public QObject {
   }
 };
 
-// Of a panel, pixels; what the panels hold needs no more, so that their column stays as wide.
+// Of a panel, pixels; the contents of panels need no more, so that their column stays as wide.
 constexpr int kNarrowest = 320;
 
 // As wide as its panel and the bar beside it need, so that a panel scrolls downwards alone.
@@ -150,14 +150,14 @@ QWidget* Scrolling(QWidget* panel) {
   auto* area = new PanelArea;
   area->setFrameShape(QFrame::NoFrame);
   area->setWidgetResizable(true);
-  // One that comes and goes would change what fits in a row.
+  // One that comes and goes would change the number that fits in a row.
   area->setVerticalScrollBarPolicy(Qt::ScrollBarAlwaysOn);
   area->setFocusPolicy(Qt::NoFocus);
   area->setWidget(panel);
   return area;
 }
 
-// Where the keyboard begins in a panel: where the panel says, else at its first control.
+// The first control of a panel for the keyboard: the one that the panel names, else its first.
 QWidget* FirstControl(QWidget* panel) {
   const auto* area = qobject_cast<QScrollArea*>(panel);
   QWidget* wanted = (area ? area->widget() : panel)->focusProxy();
@@ -212,7 +212,7 @@ void MainWindow::AddPanels() {
       return Say(tr("Only training views are edited elsewhere: %1 goes to the nearest")
                      .arg(KeyText("view.next")));
     }
-    // A render in its place would not be what was asked for.
+    // A render in its place would not be the requested picture.
     if (photo && !controller_->facts()->workspace->HasPhoto(*picture->faces.front())) {
       return Say(
           tr("%1 has no photo that could be edited").arg(QString::fromStdString(picture->name)));
@@ -227,7 +227,7 @@ void MainWindow::AddPanels() {
   });
   connect(elsewhere, &ViewEditor::taken, this,
           [this](RegionId region, const QString& path, const PaintDetail& detail) {
-            canvas_->SetCloudShown(false);  // it would hide what was made elsewhere
+            canvas_->SetCloudShown(false);  // it would hide changes made elsewhere
             Say(tr("Took over %1").arg(path));
             if (detail.IsTorn()) OfferSplitting(region, detail);
           });

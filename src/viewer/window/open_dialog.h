@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What to open: workspace, splat, photos, backend. Beside the form, a thread of its own renders a
-// few views of what it names: does the splat lie where the photos show it? If not, Align finds how
-// it lies.
+// The scene to open: workspace, splat, photos, backend. Beside the form, a thread of its own
+// renders a few views of what it names: does the splat lie where the photos show it? If not, Align
+// finds how it lies.
 #pragma once
 
 #include <optional>
@@ -49,7 +49,7 @@ class OpenDialog : public QDialog {
   void Take(const AlignResult& result);
 
   QLineEdit *workspace_, *splat_, *photos_, *frame_;
-  OpenRequest start_;  // of which stays what the form does not show
+  OpenRequest start_;  // the fields that the form does not show stay
   QString splat_of_;   // the workspace that the splat was chosen for; empty: none yet
   QComboBox* backend_;
   QSpinBox* holdout_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the user may choose for every scene. A choice acts at once and is kept.
+// The choices of the user for every scene. A choice acts at once and is kept.
 #pragma once
 
 #include <QDialog>
