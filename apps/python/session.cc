@@ -11,6 +11,7 @@
 #include "base/staged_output.h"
 #include "colmap_io/nerfstudio.h"
 #include "editing/finer_session.h"
+#include "opening/find_splat.h"
 #include "options.h"
 #include "rendering.h"
 #include "reporting/export.h"

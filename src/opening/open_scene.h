@@ -52,11 +52,6 @@ struct SessionOptions {
   void Check() const;
 };
 
-// The splat that belongs to a workspace by its place and name: `splat.*` in the folder, else the
-// only splat file in it, else `point_cloud` of the newest of point_cloud/iteration_*, where 3DGS
-// training code leaves it. Extensions are those of the splat formats that can be read.
-std::optional<std::filesystem::path> FindSplat(const std::filesystem::path& workspace);
-
 // The Gaussians of a splat in a file larger than memory that some views may see
 // (pipeline/large_scene.h): which of the file's records a model's Gaussians are, and from where
 // they look as the whole does.

@@ -5,6 +5,7 @@
 
 #include "base/files.h"
 #include "colmap_io/image_io.h"
+#include "opening/find_splat.h"
 #include "reporting/export.h"
 #include "tests/saving/saved_scene.h"
 #include "tests/support/data.h"

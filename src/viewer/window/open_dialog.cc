@@ -20,6 +20,7 @@
 
 #include "base/error.h"
 #include "colmap_io/nerfstudio.h"
+#include "opening/find_splat.h"
 #include "splat_io/splat_io.h"
 #include "viewer/widgets/long_text.h"
 #include "viewer/widgets/path_edit.h"
