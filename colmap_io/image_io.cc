@@ -10,6 +10,7 @@
 #include "base/files.h"
 #include "colmap_io/image_check.h"
 #include "colmap_io/jpeg_decode.h"
+#include "colmap_io/mask_names.h"
 #include "colmap_io/photo.h"
 #include "scene/image_checks.h"
 
@@ -246,21 +247,15 @@ fs::path ViewFile(const fs::path& folder, std::string_view image_name, std::stri
 }
 
 std::map<ViewId, Mask> ReadMasks(const fs::path& folder, const Reconstruction& model) {
-  if (!IsFolder(folder)) throw InputError(folder, "is not a folder");
+  std::vector<std::string> names;
+  for (const auto& [id, view] : model.views) names.push_back(view.name);
+  const auto files = FindMasks(folder, names);
   std::map<ViewId, Mask> masks;
   for (const auto& [id, view] : model.views) {
-    const fs::path path = ViewFile(folder, view.name);
-    if (!IsFile(path)) continue;
+    const auto file = files.find(view.name);
+    if (file == files.end()) continue;
     const Camera& camera = model.cameras.at(view.camera_id);
-    masks.emplace(id, ReadMask(path, camera.width, camera.height));
-  }
-  if (masks.empty()) {
-    throw InputError(
-        folder,
-        "holds no mask of any view" +
-            (model.views.empty()
-                 ? std::string()
-                 : "; expected e.g. " + ViewFile("", model.views.begin()->second.name).string()));
+    masks.emplace(id, ReadMask(file->second, camera.width, camera.height));
   }
   return masks;
 }

@@ -58,8 +58,9 @@ std::string EncodeJpeg(const Image8& image, int quality);
 std::filesystem::path ViewFile(const std::filesystem::path& folder, std::string_view image_name,
                                std::string_view suffix = ".png");
 
-// One mask a view, at ViewFile(folder, name). A view without a file has no entry; InputError when
-// no view of `model` has one, or when a mask is not of its camera's size.
+// One mask a view, written at ViewFile(folder, name), read by any name of mask_names.h. A view
+// without a file has no entry; InputError when no view of `model` has one, or when a mask is not of
+// its camera's size.
 std::map<ViewId, Mask> ReadMasks(const std::filesystem::path& folder, const Reconstruction& model);
 void WriteMasks(const std::filesystem::path& folder, const Reconstruction& model,
                 const std::map<ViewId, Mask>& masks);

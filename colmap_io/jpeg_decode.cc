@@ -9,7 +9,9 @@
 // The codes of its messages.
 #include <jerror.h>
 
+#include <algorithm>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -87,10 +89,11 @@ bool Decode(std::string_view bytes, jpeg_decompress_struct& jpeg, Reporter& repo
   return true;
 }
 
-// `picture` with the tables of `like`, whose header is read. `to` is malloc's, the caller's.
-bool Encode(const Image8& picture, std::string_view like, jpeg_decompress_struct& source,
-            jpeg_compress_struct& jpeg, Reporter& reporter, unsigned char*& to,
-            unsigned long& size) {
+// `picture` with the tables of `like`, whose header is read; of a gray file, if those are taken,
+// its one table for all channels. `to` is malloc's, the caller's.
+bool Encode(const Image8& picture, std::string_view like, bool takes_gray,
+            jpeg_decompress_struct& source, jpeg_compress_struct& jpeg, Reporter& reporter,
+            unsigned char*& to, unsigned long& size) {
   Report(reporter, source.err);
   jpeg.err = source.err;
   if (setjmp(reporter.back) != 0) return false;
@@ -98,9 +101,10 @@ bool Encode(const Image8& picture, std::string_view like, jpeg_decompress_struct
   jpeg_create_compress(&jpeg);
   jpeg_mem_src(&source, reinterpret_cast<const unsigned char*>(like.data()), like.size());
   jpeg_read_header(&source, TRUE);
-  const bool has_colors =
-      source.jpeg_color_space == JCS_YCbCr || source.jpeg_color_space == JCS_RGB;
-  if (source.num_components != 3 || !has_colors) return false;
+  const bool has_colors = source.num_components == 3 && (source.jpeg_color_space == JCS_YCbCr ||
+                                                         source.jpeg_color_space == JCS_RGB);
+  const bool is_gray = takes_gray && source.num_components == 1;
+  if (!has_colors && !is_gray) return false;
   // The tables of a progressive file may come after its header.
   jpeg_start_decompress(&source);
   jpeg_mem_dest(&jpeg, &to, &size);
@@ -109,7 +113,7 @@ bool Encode(const Image8& picture, std::string_view like, jpeg_decompress_struct
   jpeg.input_components = 3;
   jpeg.in_color_space = JCS_RGB;
   jpeg_set_defaults(&jpeg);
-  jpeg_set_colorspace(&jpeg, source.jpeg_color_space);
+  jpeg_set_colorspace(&jpeg, is_gray ? JCS_YCbCr : source.jpeg_color_space);
   for (int i = 0; i < NUM_QUANT_TBLS; ++i) {
     const JQUANT_TBL* table = source.quant_tbl_ptrs[i];
     if (!table) continue;
@@ -118,9 +122,10 @@ bool Encode(const Image8& picture, std::string_view like, jpeg_decompress_struct
     jpeg_add_quant_table(&jpeg, i, values, 100, FALSE);
   }
   for (int c = 0; c < 3; ++c) {
-    jpeg.comp_info[c].h_samp_factor = source.comp_info[c].h_samp_factor;
-    jpeg.comp_info[c].v_samp_factor = source.comp_info[c].v_samp_factor;
-    jpeg.comp_info[c].quant_tbl_no = source.comp_info[c].quant_tbl_no;
+    const jpeg_component_info& from = source.comp_info[is_gray ? 0 : c];
+    jpeg.comp_info[c].h_samp_factor = is_gray ? 1 : from.h_samp_factor;
+    jpeg.comp_info[c].v_samp_factor = is_gray ? 1 : from.v_samp_factor;
+    jpeg.comp_info[c].quant_tbl_no = from.quant_tbl_no;
   }
   jpeg_start_compress(&jpeg, TRUE);
   while (jpeg.next_scanline < jpeg.image_height) {
@@ -130,6 +135,134 @@ bool Encode(const Image8& picture, std::string_view like, jpeg_decompress_struct
   }
   jpeg_finish_compress(&jpeg);
   return true;
+}
+
+// A malloc's file of libjpeg as a string.
+std::string Taken(unsigned char* bytes, unsigned long size) {
+  std::string text(reinterpret_cast<const char*>(bytes), size);
+  std::free(bytes);
+  return text;
+}
+
+std::optional<std::string> EncodeLike(const Image8& picture, std::string_view like,
+                                      bool takes_gray) {
+  jpeg_decompress_struct source{};
+  jpeg_compress_struct jpeg{};
+  Reporter reporter{};
+  unsigned char* to = nullptr;
+  unsigned long size = 0;
+  const bool encoded =
+      !picture.Empty() && Encode(picture, like, takes_gray, source, jpeg, reporter, to, size);
+  jpeg_destroy_decompress(&source);
+  jpeg_destroy_compress(&jpeg);
+  std::string bytes = Taken(to, encoded ? size : 0);
+  return encoded ? std::optional(std::move(bytes)) : std::nullopt;
+}
+
+// What is left aside: libjpeg writes JFIF's and Adobe's own segments, and an index of further
+// pictures behind the first (MPF, CIPA DC-007) is wrong once that has another length.
+bool IsKept(const jpeg_marker_struct& marker, bool profile) {
+  const std::string_view data(reinterpret_cast<const char*>(marker.data), marker.data_length);
+  if (marker.marker == JPEG_APP0) return !data.starts_with(std::string_view("JFIF\0", 5));
+  if (marker.marker == JPEG_APP0 + 14) return !data.starts_with("Adobe");
+  if (marker.marker != JPEG_APP0 + 2) return true;
+  if (data.starts_with("ICC_PROFILE")) return profile;
+  return !data.starts_with(std::string_view("MPF\0", 4));
+}
+
+// All segments of metadata, as jpegtran copies them.
+void SaveMarkers(jpeg_decompress_struct& jpeg) {
+  jpeg_save_markers(&jpeg, JPEG_COM, 0xFFFF);
+  for (int k = 0; k < 16; ++k) jpeg_save_markers(&jpeg, JPEG_APP0 + k, 0xFFFF);
+}
+
+struct Merge {
+  jpeg_decompress_struct old{}, edited{};
+  jpeg_compress_struct jpeg{};
+  Reporter reporter{};
+  unsigned char* to = nullptr;
+  unsigned long size = 0;
+};
+
+// The coefficients of `to` in the blocks that do not change, from `from`. `changed` has a byte for
+// each 8 x 8 pixels of the picture.
+void KeepBlocks(Merge& merge, jvirt_barray_ptr* from, jvirt_barray_ptr* to, const Mask& changed) {
+  for (int c = 0; c < merge.old.num_components; ++c) {
+    const jpeg_component_info& info = merge.old.comp_info[c];
+    // Sides of what a block of this component shows, in blocks of the picture.
+    const int wide = merge.old.max_h_samp_factor / info.h_samp_factor;
+    const int high = merge.old.max_v_samp_factor / info.v_samp_factor;
+    for (int row = 0; row < int(info.height_in_blocks); ++row) {
+      auto* const access = merge.old.mem->access_virt_barray;
+      const auto r = JDIMENSION(row);
+      JBLOCKARRAY source = access(j_common_ptr(&merge.old), from[c], r, 1, FALSE);
+      JBLOCKARRAY target = access(j_common_ptr(&merge.edited), to[c], r, 1, TRUE);
+      for (int column = 0; column < int(info.width_in_blocks); ++column) {
+        bool keeps = true;
+        for (int y = row * high; y < (row + 1) * high && keeps; ++y) {
+          for (int x = column * wide; x < (column + 1) * wide && keeps; ++x) {
+            keeps = !changed.Contains(x, y) || changed(x, y) == 0;
+          }
+        }
+        if (keeps) std::copy_n(source[0][column], DCTSIZE2, target[0][column]);
+      }
+    }
+  }
+}
+
+// The file `edited` with the segments of `like` and, where both have the same channels, its blocks
+// that do not change. Nothing here has a destructor that a jump would skip.
+bool MergeFiles(std::string_view like, std::string_view edited, const Mask& changed, Merge& merge) {
+  Report(merge.reporter, merge.old.err);
+  merge.edited.err = merge.jpeg.err = merge.old.err;
+  if (setjmp(merge.reporter.back) != 0) return false;
+  jpeg_create_decompress(&merge.old);
+  jpeg_create_decompress(&merge.edited);
+  jpeg_create_compress(&merge.jpeg);
+  const auto read = [](jpeg_decompress_struct& jpeg, std::string_view bytes) {
+    jpeg_mem_src(&jpeg, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
+    SaveMarkers(jpeg);
+    jpeg_read_header(&jpeg, TRUE);
+    return jpeg_read_coefficients(&jpeg);
+  };
+  jvirt_barray_ptr* const from = read(merge.old, like);
+  jvirt_barray_ptr* const to = read(merge.edited, edited);
+  const bool same_channels = merge.old.num_components == merge.edited.num_components;
+  if (same_channels) KeepBlocks(merge, from, to, changed);
+  jpeg_compress_struct& jpeg = merge.jpeg;
+  jpeg_mem_dest(&jpeg, &merge.to, &merge.size);
+  jpeg_copy_critical_parameters(&merge.edited, &jpeg);
+  jpeg.optimize_coding = TRUE;
+  if (merge.old.saw_JFIF_marker) {
+    jpeg.JFIF_major_version = merge.old.JFIF_major_version;
+    jpeg.JFIF_minor_version = merge.old.JFIF_minor_version;
+    jpeg.density_unit = merge.old.density_unit;
+    jpeg.X_density = merge.old.X_density;
+    jpeg.Y_density = merge.old.Y_density;
+  }
+  jpeg.write_JFIF_header = merge.old.saw_JFIF_marker;
+  if (merge.old.progressive_mode) jpeg_simple_progression(&jpeg);
+  jpeg_write_coefficients(&jpeg, to);
+  for (const jpeg_marker_struct* one = merge.old.marker_list; one; one = one->next) {
+    if (!IsKept(*one, same_channels)) continue;
+    jpeg_write_marker(&jpeg, one->marker, one->data, one->data_length);
+  }
+  jpeg_finish_compress(&jpeg);
+  return true;
+}
+
+// A byte for each 8 x 8 pixels: whether any of them differs.
+Mask ChangedBlocks(const Image8& a, const Image8& b) {
+  Mask changed((a.width + DCTSIZE - 1) / DCTSIZE, (a.height + DCTSIZE - 1) / DCTSIZE);
+  for (int y = 0; y < a.height; ++y) {
+    for (int x = 0; x < a.width; ++x) {
+      const size_t at = a.Index(x, y);
+      if (!std::equal(&a.data[at], &a.data[at] + 3, &b.data[at])) {
+        changed(x / DCTSIZE, y / DCTSIZE) = 255;
+      }
+    }
+  }
+  return changed;
 }
 
 }  // namespace
@@ -148,18 +281,22 @@ Image8 DecodeJpeg(std::string_view bytes, const std::filesystem::path& path) {
 }
 
 std::optional<Image8> RecodeJpeg(const Image8& picture, std::string_view like) {
-  jpeg_decompress_struct source{};
-  jpeg_compress_struct jpeg{};
-  Reporter reporter{};
-  unsigned char* to = nullptr;
-  unsigned long size = 0;
-  const bool encoded = !picture.Empty() && Encode(picture, like, source, jpeg, reporter, to, size);
-  jpeg_destroy_decompress(&source);
-  jpeg_destroy_compress(&jpeg);
-  const std::string bytes(reinterpret_cast<const char*>(to), encoded ? size : 0);
-  std::free(to);
-  if (!encoded) return std::nullopt;
-  return DecodeJpeg(bytes, {});
+  const auto bytes = EncodeLike(picture, like, /*takes_gray=*/false);
+  return bytes ? std::optional(DecodeJpeg(*bytes, {})) : std::nullopt;
+}
+
+std::string WithPixels(const Image8& picture, const Image8& held, std::string_view like,
+                       const std::filesystem::path& path) {
+  const auto edited = EncodeLike(picture, like, /*takes_gray=*/true);
+  if (!edited) throw InputError(path, "is a JPEG of inks (CMYK): save it in RGB");
+  Merge merge;
+  const bool merged = MergeFiles(like, *edited, ChangedBlocks(picture, held), merge);
+  jpeg_destroy_decompress(&merge.old);
+  jpeg_destroy_decompress(&merge.edited);
+  jpeg_destroy_compress(&merge.jpeg);
+  std::string bytes = Taken(merge.to, merged ? merge.size : 0);
+  if (!merged) throw InputError(path, std::string("damaged JPEG file: ") + merge.reporter.fault);
+  return bytes;
 }
 
 }  // namespace retint

@@ -200,23 +200,17 @@ int Orientation(std::string_view bytes) {
   return OrientationIn(IsTiff(bytes) ? bytes : ExifOf(bytes));
 }
 
-// As EXIF says that the stored rows and columns are to be shown.
-Image Turned(const Image& stored, int orientation) {
+// The stored pixel that is shown at (x, y), by EXIF's orientation.
+std::pair<int, int> StoredPixel(int x, int y, int width, int height, int orientation) {
   const bool swapped = orientation >= 5;
-  Image shown(swapped ? stored.height : stored.width, swapped ? stored.width : stored.height);
-  for (int y = 0; y < shown.height; ++y) {
-    for (int x = 0; x < shown.width; ++x) {
-      int u = swapped ? y : x, v = swapped ? x : y;
-      if (orientation == 2 || orientation == 3 || orientation == 7 || orientation == 8) {
-        u = stored.width - 1 - u;
-      }
-      if (orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7) {
-        v = stored.height - 1 - v;
-      }
-      for (int c = 0; c < 3; ++c) shown(x, y, c) = stored(u, v, c);
-    }
+  int u = swapped ? y : x, v = swapped ? x : y;
+  if (orientation == 2 || orientation == 3 || orientation == 7 || orientation == 8) {
+    u = width - 1 - u;
   }
-  return shown;
+  if (orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7) {
+    v = height - 1 - v;
+  }
+  return {u, v};
 }
 
 // Up to the change by rounding both sides of the smaller picture to whole pixels.
@@ -281,6 +275,40 @@ void KeepTiffAsStored(std::string* bytes) {
   const bool big = bytes->starts_with("MM");
   (*bytes)[*at] = big ? '\0' : '\1';
   (*bytes)[*at + 1] = big ? '\1' : '\0';
+}
+
+int TurnForCamera(const std::filesystem::path& path, std::string_view bytes, int width,
+                  int height) {
+  const auto size = ImageSizeIn(bytes);
+  if (!size || SameShape(size->first, size->second, width, height)) return 1;
+  const int orientation = Orientation(bytes);
+  if (orientation >= 5 && SameShape(size->second, size->first, width, height)) return orientation;
+  throw InputError(path, "photo is " + SizeText(size->first, size->second) + ", its camera says " +
+                             SizeText(width, height) + ": it is another picture, or was cropped");
+}
+
+Image Turned(const Image& stored, int orientation) {
+  const bool swapped = orientation >= 5;
+  Image shown(swapped ? stored.height : stored.width, swapped ? stored.width : stored.height);
+  for (int y = 0; y < shown.height; ++y) {
+    for (int x = 0; x < shown.width; ++x) {
+      const auto [u, v] = StoredPixel(x, y, stored.width, stored.height, orientation);
+      for (int c = 0; c < 3; ++c) shown(x, y, c) = stored(u, v, c);
+    }
+  }
+  return shown;
+}
+
+Image TurnedBack(const Image& shown, int orientation) {
+  const bool swapped = orientation >= 5;
+  Image stored(swapped ? shown.height : shown.width, swapped ? shown.width : shown.height);
+  for (int y = 0; y < shown.height; ++y) {
+    for (int x = 0; x < shown.width; ++x) {
+      const auto [u, v] = StoredPixel(x, y, stored.width, stored.height, orientation);
+      for (int c = 0; c < 3; ++c) stored(u, v, c) = shown(x, y, c);
+    }
+  }
+  return stored;
 }
 
 Image ReadPhotoOfSize(const std::filesystem::path& path, int width, int height) {

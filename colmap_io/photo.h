@@ -21,6 +21,13 @@ std::optional<std::pair<int, int>> ReadImageSize(const std::filesystem::path& pa
 // decoder would turn else. Other bytes stay as they are.
 void KeepTiffAsStored(std::string* bytes);
 
+// The EXIF orientation by which a photo is turned to show a camera of this size, 5 to 8; 1 where it
+// shows it as it is stored, perhaps in another size. InputError naming both sizes.
+int TurnForCamera(const std::filesystem::path& path, std::string_view bytes, int width, int height);
+// Stored rows and columns as they are shown, and back.
+Image Turned(const Image& stored, int orientation);
+Image TurnedBack(const Image& shown, int orientation);
+
 // See Workspace::ReadPhoto(). InputError as ReadImage(), or naming both sizes.
 Image ReadPhotoOfSize(const std::filesystem::path& path, int width, int height);
 

@@ -9,6 +9,7 @@
 #include "colmap_io/nerfstudio.h"
 #include "colmap_io/photo.h"
 #include "colmap_io/sparse.h"
+#include "scene/camera_projection.h"
 #include "scene/transform.h"
 
 namespace retint {
@@ -130,6 +131,7 @@ void Workspace::UndistortViews() {
     return reconstruction.cameras.at(entry.second.camera_id).IsPinhole();
   };
   const auto& views = reconstruction.views;
+  for (auto& [id, camera] : reconstruction.cameras) camera = WithoutZeroDistortion(camera);
   if (std::all_of(views.begin(), views.end(), is_pinhole)) return;
   try {
     photo_pixels = std::make_shared<const PhotoPixels>(&reconstruction);

@@ -65,7 +65,8 @@ struct Workspace {
 
   // Replaces the views of distorted cameras by pinhole ones, whose photos are undistorted as they
   // are read (colmap_io/photo_pixels.h). Whatever renders calls this first; pinhole views stay as
-  // they are. InputError, one line that names the camera, for one that cannot be undistorted.
+  // they are, also of other models without distortion. InputError, one line that names the camera,
+  // for one that cannot be undistorted.
   void UndistortViews();
   // The photo that a view shows a part of, or all; null for a view that shows its photo's own
   // pixels.

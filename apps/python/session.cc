@@ -15,6 +15,7 @@
 #include "options.h"
 #include "rendering.h"
 #include "reporting/export.h"
+#include "reporting/export_photos.h"
 #include "results.h"
 #include "saving/session_file.h"
 #include "splat_io/splat_io.h"
@@ -371,15 +372,42 @@ void BindResults(Sessions& type) {
       .def(
           "write_masks",
           [](PySession& self, const py::object& folder, const py::object& region,
-             py::object progress) {
+             py::object progress, const std::string& mask_names) {
             const auto path = ToPath(folder);
             const RegionId id = ToId(region);
+            const MaskNames names = MaskNamesOf(mask_names);
             self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
-              session.WriteMasks(path, id, monitor);
+              session.WriteMasks(path, id, monitor, names);
             });
           },
-          py::arg("folder"), py::arg("region"), py::arg("progress") = py::none(),
-          "Writes a region's masks as `FOLDER/<image name>.png`.")
+          py::arg("folder"), py::arg("region"), py::arg("progress") = py::none(), py::kw_only(),
+          py::arg("mask_names") = "colmap",
+          "Writes a region's masks. `mask_names`: colmap (`0001.jpg.png`), stem (`0001.png`), "
+          "mask (`0001.mask.png`) or metashape (`0001_mask.png`).")
+      .def(
+          "write_photos",
+          [](PySession& self, const py::object& folder, const std::string& mask_names,
+             py::object progress) {
+            const auto path = ToPath(folder);
+            const MaskNames names = MaskNamesOf(mask_names);
+            PhotoExport result;
+            self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+              CheckOutput(path, /*as_folder=*/true);
+              StagedOutput staged;
+              result = StagePhotos(staged, session, path, names, {}, monitor);
+              staged.Commit();
+            });
+            py::dict dict;
+            dict["edited"] = result.edited;
+            dict["unchanged"] = result.unchanged;
+            dict["warnings"] = result.warnings;
+            return dict;
+          },
+          py::arg("folder"), py::kw_only(), py::arg("mask_names") = "colmap",
+          py::arg("progress") = py::none(),
+          "Writes the photos with all visible regions' edits into `FOLDER/images`, with their "
+          "metadata and JPEG quality, and masks into `FOLDER/masks`. Photos without a change "
+          "are hard links. Returns a dict: `edited` and `unchanged` count photos, `warnings`.")
       .def(
           "report",
           [](PySession& self, const std::string& target, py::object progress) {

@@ -264,9 +264,35 @@ void WarnOfPaint(const std::vector<PaintedView>& painted, const std::map<std::st
   }
 }
 
-MaskFolder ReadMasksByName(const std::filesystem::path& folder, const Pictures& pictures,
-                           Run& run) {
-  MaskFolder masks = ReadMaskFolder(folder, pictures);
+CLI::Option* AddMasks(CLI::App* verb, MaskArguments& masks) {
+  verb->add_flag("--invert-masks", masks.invert, "Black is inside the masks, white outside");
+  return AddPath(verb, "--masks", masks.folder,
+                 "Folder of masks: <image name>.png, <stem>.png, <stem>.mask.png or "
+                 "<stem>_mask.png. Retint ignores views without one",
+                 "FOLDER");
+}
+
+CLI::Option* AddMaskNames(CLI::App* verb, std::string& names) {
+  return verb
+      ->add_option("--mask-names", names,
+                   "Names of written masks: colmap (0001.jpg.png), stem (0001.png), mask "
+                   "(0001.mask.png) or metashape (0001_mask.png)")
+      ->check(CLI::IsMember(std::vector<std::string>(kMaskNames.begin(), kMaskNames.end())));
+}
+
+void AddPhotos(CLI::App* verb, std::filesystem::path& folder, std::string& names) {
+  CLI::Option* photos =
+      AddPath(verb, "--photos", folder,
+              "Folder for the edited photos: images, with their metadata and JPEG quality, and "
+              "masks. Photos without a change are hard links",
+              "FOLDER")
+          ->group(kOutputGroup);
+  AddMaskNames(verb, names)->group(kOutputGroup)->needs(photos);
+}
+
+MaskFolder ReadMasksByName(const MaskArguments& arguments, const Pictures& pictures, Run& run) {
+  const std::filesystem::path& folder = arguments.folder;
+  MaskFolder masks = ReadMaskFolder(folder, arguments.invert, pictures);
   const std::string missing =
       WarningOfMissingMasks(masks.masks.size() + masks.empty.size(), pictures);
   if (!missing.empty()) run.Warn(folder.string() + ": " + missing);

@@ -176,8 +176,17 @@ void WarnOfMismatch(const std::vector<std::string>& views, EditSession& session,
 void WarnOfPaint(const std::vector<PaintedView>& painted, const std::map<std::string, Mask>& masks,
                  const EditSession& session, Run& run);
 
-// <folder>/<picture name>.png of every picture that has one. Warns of pictures without.
-MaskFolder ReadMasksByName(const std::filesystem::path& folder, const Pictures& pictures, Run& run);
+// A folder of masks (colmap_io/mask_names.h).
+struct MaskArguments {
+  std::filesystem::path folder;
+  bool invert = false;
+};
+CLI::Option* AddMasks(CLI::App* verb, MaskArguments& masks);
+// --mask-names of what is written, and with --photos beside it.
+CLI::Option* AddMaskNames(CLI::App* verb, std::string& names);
+void AddPhotos(CLI::App* verb, std::filesystem::path& folder, std::string& names);
+// The mask of every picture that has one. Warns of pictures without.
+MaskFolder ReadMasksByName(const MaskArguments& masks, const Pictures& pictures, Run& run);
 // Warns of an edit whose main color is measured inside masks, which `retint recolor` measures on
 // the paint.
 void WarnOfMainColor(const ColorEdit& edit, Run& run);

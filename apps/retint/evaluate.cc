@@ -23,7 +23,8 @@ namespace {
 struct Arguments {
   SceneArguments scene;
   LargeArguments large;
-  std::filesystem::path after, masks, true_masks, report;
+  MaskArguments masks;
+  std::filesystem::path after, true_masks, report;
   EditFlags edit;
   std::string target = "render";
   int holdout = 0;
@@ -61,10 +62,10 @@ double MeanIou(const std::map<std::string, Mask>& masks, const std::map<std::str
   return views > 0 ? sum / views : 0;
 }
 
-std::map<std::string, Mask> ReadViewMasks(const std::filesystem::path& folder,
-                                          const EditSession& session, Run& run) {
+std::map<std::string, Mask> ReadViewMasks(const MaskArguments& masks, const EditSession& session,
+                                          Run& run) {
   const Pictures pictures = session.scene().pictures();
-  return ReadMasksByName(folder, pictures, run).OfViews(pictures, session.scene().views());
+  return ReadMasksByName(masks, pictures, run).OfViews(pictures, session.scene().views());
 }
 
 // The true masks as another region of the session, with the same edit.
@@ -75,7 +76,7 @@ TrueMaskReport EvaluateTrueMasks(const Arguments& arguments, const Region& regio
   const ColorEdit edit = region.edit;
   const float strength = region.strength;
   const RegionId id =
-      session.store().Add("truth", ReadViewMasks(arguments.true_masks, session, run),
+      session.store().Add("truth", ReadViewMasks({arguments.true_masks}, session, run),
                           std::vector<float>(after.NumGaussians(), 0.0F), edit, run.monitor());
   session.store().Do(SetEdit{id, edit, strength});
   TrueMaskReport report;
@@ -134,7 +135,7 @@ RunReport EvaluateParts(const Arguments& arguments, const ColorEdit& edit, Targe
   evaluation.after = arguments.after;
   evaluation.masks = ReadMasksByName(arguments.masks, pictures, run);
   if (!arguments.true_masks.empty()) {
-    evaluation.true_masks = ReadMasksByName(arguments.true_masks, pictures, run);
+    evaluation.true_masks = ReadMasksByName({arguments.true_masks}, pictures, run);
   }
   evaluation.edit = edit;
   evaluation.strength = arguments.edit.strength();
@@ -180,9 +181,9 @@ void AddEvaluate(CLI::App& app, Globals& globals, Action& action) {
   AddScene(verb, globals, arguments->scene);
   AddPath(verb, "--after", arguments->after, "The scene's splat recolored, by any program")
       ->required();
-  AddPath(verb, "--masks", arguments->masks, "Folder of <image name>.png", "FOLDER")->required();
+  AddMasks(verb, arguments->masks)->required();
   AddPath(verb, "--true-masks", arguments->true_masks,
-          "Folder of the object's true masks, <image name>.png. Retint compares the masks with "
+          "Folder of the object's true masks. Retint compares the masks with "
           "them, and gives all figures by them, too",
           "FOLDER");
   arguments->edit.Add(verb, kEditGroup);

@@ -30,7 +30,7 @@ FileOptions FilesOf(const CLI::App& verb) {
   constexpr std::string_view kWritten[] = {"--output",      "OUTPUT",       "--report",
                                            "--report-html", "--comparison", "--transform",
                                            "--png",         "--picture"};
-  constexpr std::string_view kFolders[] = {"--output", "--save-stages"};
+  constexpr std::string_view kFolders[] = {"--output", "--save-stages", "--photos"};
   constexpr std::string_view kPictures[] = {"--mask", "--scribble", "--scribble-outside", "--erase",
                                             "--edited"};
   constexpr std::string_view kWithStrength[] = {"--edited", "--lut"};

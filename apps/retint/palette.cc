@@ -20,7 +20,8 @@ namespace {
 struct Arguments {
   SceneArguments scene;
   PaintArguments paint;
-  std::filesystem::path masks, report, picture;
+  MaskArguments masks;
+  std::filesystem::path report, picture;
   int colors = 5;
 };
 
@@ -59,7 +60,7 @@ std::string ToJson(const std::vector<PaletteColor>& palette) {
 
 RegionSelection ReadSelection(const Arguments& arguments, const EditSession& session, Run& run) {
   RegionSelection selection;
-  if (arguments.masks.empty()) {
+  if (arguments.masks.folder.empty()) {
     selection.source.painted = ReadPaint(arguments.paint, session.scene().pictures());
   } else {
     selection.masks = ReadMasksByName(arguments.masks, session.scene().pictures(), run)
@@ -69,7 +70,7 @@ RegionSelection ReadSelection(const Arguments& arguments, const EditSession& ses
 }
 
 void Palette(const Arguments& arguments, Run& run) {
-  CheckOption(arguments.masks.empty() != arguments.paint.views.empty(),
+  CheckOption(arguments.masks.folder.empty() != arguments.paint.views.empty(),
               "give either --view and --mask, or --masks, and not both");
   if (!arguments.report.empty()) CheckOutput(arguments.report);
   if (!arguments.picture.empty()) CheckPicture(arguments.picture);
@@ -104,8 +105,7 @@ void AddPalette(CLI::App& app, Globals& globals, Action& action) {
       AddVerb(app, globals, "palette", "List the main colors of an object, for --palette");
   AddScene(verb, globals, arguments->scene);
   AddPaint(verb, arguments->paint, /*required=*/false);
-  Everyday(verb, AddPath(verb, "--masks", arguments->masks,
-                         "Folder of <image name>.png, instead of --view and --mask", "FOLDER"));
+  Everyday(verb, AddMasks(verb, arguments->masks));
   Everyday(verb, verb->add_option("--colors", arguments->colors, "Colors to look for")
                      ->check(CLI::Range(1, kMaxPaletteColors)));
   Everyday(verb, AddPath(verb, "--report", arguments->report, "Colors to write (.json)"));

@@ -21,6 +21,7 @@ struct Arguments {
   PaintArguments paint;
   LargeArguments large;
   std::filesystem::path cloud, output;
+  std::string mask_names{kMaskNames[0]};
 };
 
 void Project(const Arguments& arguments, Run& run) {
@@ -53,7 +54,7 @@ void Project(const Arguments& arguments, Run& run) {
   if (!pictures.AreViews()) masks.masks = pictures.FromViews(masks.masks);
   StagedOutput staged;
   staged.AddFolder(arguments.output, [&](const std::filesystem::path& folder) {
-    WriteMasks(folder, masks.masks, run.monitor());
+    WriteMasks(folder, masks.masks, run.monitor(), MaskNamesOf(arguments.mask_names));
     if (!masks.shares.empty()) {
       const auto& part = session->scene().part();
       WriteShares(folder, masks.masks, masks.shares, masks.confidence, part ? &*part : nullptr);
@@ -81,10 +82,11 @@ void AddProject(CLI::App& app, Globals& globals, Action& action) {
           "Point cloud (.ply) of `retint select`, or any with x y z in the workspace's frame")
       ->required();
   AddPath(verb, "-o,--output", arguments->output,
-          "Folder to write: masks (<image name>.png), coverage of the Gaussians (shares.bin) and "
+          "Folder to write: masks, coverage of the Gaussians (shares.bin) and "
           "its confidence (confidence.bin)",
           "FOLDER")
       ->required();
+  AddMaskNames(verb, arguments->mask_names);
   AddPaint(verb, arguments->paint, /*required=*/false);
   AddPreset(verb, arguments->edit);
   AddProjectorOptions(verb, arguments->edit);

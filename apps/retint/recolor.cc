@@ -29,6 +29,7 @@ struct Arguments {
   RefineOptions refine;
   std::filesystem::path cache;
   EditOutputs outputs;
+  std::string mask_names{kMaskNames[0]};
   std::filesystem::path output;
   CLI::Option* page_flag = nullptr;
   bool no_page = false;
@@ -47,6 +48,7 @@ EditRecipe RecipeOf(const Arguments& arguments, Run& run) {
   refit.SetRegionCacheBytes(arguments.large.Limits(run).Cache(refit.RegionCacheBytes()));
   recipe.outputs = arguments.outputs;
   recipe.outputs.splats = {arguments.output};
+  recipe.outputs.mask_names = MaskNamesOf(arguments.mask_names);
   RegionRecipe region;
   region.name = "selection";
   region.paint = arguments.paint.Files();
@@ -139,6 +141,7 @@ void AddOutputs(CLI::App* verb, Arguments& arguments) {
   Everyday(verb, AddPath(verb, "--comparison", arguments.outputs.comparison,
                          "Picture to write (.png): before, mask and after of up to four views")
                      ->group(kOutputGroup));
+  AddPhotos(verb, arguments.outputs.photos, arguments.mask_names);
   AddPath(
       verb, "--save-stages", arguments.outputs.stages,
       "Folder for the results of all stages: depth, clouds, registration, paint, masks, targets, "

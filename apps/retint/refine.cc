@@ -19,7 +19,8 @@ struct Arguments {
   SceneArguments scene;
   RefineOptions options;
   OptionFlags flags;
-  std::filesystem::path masks, output;
+  MaskArguments masks;
+  std::filesystem::path output;
 };
 
 void Refine(const Arguments& arguments, Run& run) {
@@ -29,8 +30,8 @@ void Refine(const Arguments& arguments, Run& run) {
   const auto session = OpenSession(arguments.scene, 0, run);
   const Pictures pictures = session->scene().pictures();
   MaskFolder folder = ReadMasksByName(arguments.masks, pictures, run);
-  SharesOfMasks shares =
-      ReadShares(arguments.masks, folder.checksum, session->scene().original().NumGaussians());
+  SharesOfMasks shares = ReadShares(arguments.masks.folder, folder.checksum,
+                                    session->scene().original().NumGaussians());
   if (!shares.why_not.empty()) run.Warn(shares.why_not);
   const std::map<std::string, Mask> masks =
       std::move(folder).OfViews(pictures, session->scene().views());
@@ -58,9 +59,7 @@ void AddRefine(CLI::App& app, Globals& globals, Action& action) {
   CLI::App* verb = AddVerb(app, globals, "refine",
                            "Split large Gaussians inside masks, for fine stripes and letters");
   AddScene(verb, globals, arguments->scene);
-  AddPath(verb, "--masks", arguments->masks,
-          "Folder of <image name>.png. Retint ignores views without one", "FOLDER")
-      ->required();
+  AddMasks(verb, arguments->masks)->required();
   AddPath(verb, "-o,--output", arguments->output, "Splat to write, in the format of its extension")
       ->required();
   OptionList list;

@@ -6,7 +6,9 @@
 #include "base/files.h"
 #include "base/ranks.h"
 #include "base/staged_output.h"
+#include "pipeline/edit_run.h"
 #include "reporting/export.h"
+#include "reporting/export_photos.h"
 #include "retint/common.h"
 #include "retint/help.h"
 #include "retint/results.h"
@@ -21,7 +23,9 @@ struct Arguments {
   EditArguments edit;
   ColorArguments color;
   LargeArguments large;
-  std::filesystem::path masks, output, report;
+  MaskArguments masks;
+  std::filesystem::path output, report, photos;
+  std::string mask_names{kMaskNames[0]};
 };
 
 // The scene, or the part of a large one that the masks' views see, and the masks with their shares.
@@ -31,6 +35,15 @@ struct Masked {
   std::map<std::string, Mask> masks;  // of views
   std::vector<float> shares;          // [N], or empty: to be computed from the masks
 };
+
+EditOutputs OutputsOf(const Arguments& arguments) {
+  EditOutputs outputs;
+  outputs.splats = {arguments.output};
+  outputs.report = arguments.report;
+  outputs.photos = arguments.photos;
+  outputs.mask_names = MaskNamesOf(arguments.mask_names);
+  return outputs;
+}
 
 Masked Open(const Arguments& arguments, const RefitJob& job, Run& run) {
   Masked opened;
@@ -44,6 +57,8 @@ Masked Open(const Arguments& arguments, const RefitJob& job, Run& run) {
     CheckOption(CodecForWriting(arguments.output).Name() == "3DGS .ply",
                 "a splat that is opened in parts is written as a patched copy: --output must be a "
                 "3DGS .ply");
+    CheckOption(arguments.photos.empty(),
+                "--photos needs all views of the scene, and it is opened in parts");
   }
   const Workspace& workspace = large ? large->workspace() : opened.session->scene().workspace();
   if (job.target == TargetKind::kPhoto) WarnOfMissingPhotos(workspace, run);
@@ -52,13 +67,13 @@ Masked Open(const Arguments& arguments, const RefitJob& job, Run& run) {
   std::string why_not;
   if (large) {
     const SparseShares shares =
-        ReadSparseShares(arguments.masks, masks.checksum, large->NumGaussians());
+        ReadSparseShares(arguments.masks.folder, masks.checksum, large->NumGaussians());
     why_not = shares.why_not;
     opened.session = large->ForMasks(masks, shares, job.options.active_threshold, run.monitor());
     if (shares.known) opened.shares = shares.Of(opened.session->scene().part()->records);
     StartSession(*opened.session, run);
   } else {
-    SharesOfMasks shares = ReadShares(arguments.masks, masks.checksum,
+    SharesOfMasks shares = ReadShares(arguments.masks.folder, masks.checksum,
                                       opened.session->scene().original().NumGaussians());
     why_not = shares.why_not;
     opened.shares = std::move(shares.shares);
@@ -71,11 +86,11 @@ Masked Open(const Arguments& arguments, const RefitJob& job, Run& run) {
 void Refit(const Arguments& arguments, Run& run) {
   const ColorEdit edit = arguments.color.flags.Resolve(run);
   RefitJob job = Resolve(arguments.edit, run.globals()).refit;
-  CodecForWriting(arguments.output);
-  if (run.Writes()) {
-    CheckOutput(arguments.output);
-    if (!arguments.report.empty()) CheckOutput(arguments.report);
-  }
+
+  EditRecipe written;
+  written.workspace = arguments.scene.workspace;
+  written.outputs = OutputsOf(arguments);
+  CheckOutputs(written);
   const size_t cache = arguments.large.Limits(run).Cache(job.options.RegionCacheBytes());
   job.options.SetRegionCacheBytes(cache);
   Masked opened = Open(arguments, job, run);
@@ -104,6 +119,9 @@ void Refit(const Arguments& arguments, Run& run) {
       if (!warning.empty()) run.Warn(warning);
       format = MeasureWritten(session->scene(), after, path, run.monitor());
     });
+    StagePhotos(
+        staged, *session, arguments.photos, written.outputs.mask_names,
+        [&](const std::string& warning) { run.Warn(warning); }, run.monitor());
   }
   if (!arguments.report.empty()) {
     const RunReport measured = MakeReport(*session);
@@ -135,10 +153,7 @@ void Refit(const Arguments& arguments, Run& run) {
   }
   PrintSummary(applied, report, {}, run);
   PrintOutOfGamut(applied, quality, run);
-  EditOutputs outputs;
-  outputs.splats = {arguments.output};
-  outputs.report = arguments.report;
-  PrintOutputs(outputs, run);
+  PrintOutputs(written.outputs, run);
 }
 
 }  // namespace
@@ -148,12 +163,11 @@ void AddRefit(CLI::App& app, Globals& globals, Action& action) {
   CLI::App* verb = AddVerb(app, globals, "refit",
                            "Recolor the inside of masks, such as those of another program");
   AddScene(verb, globals, arguments->scene);
-  AddPath(verb, "--masks", arguments->masks,
-          "Folder of <image name>.png. Retint ignores views without one", "FOLDER")
-      ->required();
+  AddMasks(verb, arguments->masks)->required();
   AddPath(verb, "-o,--output", arguments->output, "Splat to write, in the format of its extension")
       ->required();
   Everyday(verb, AddPath(verb, "--report", arguments->report, "Report to write (.json)"));
+  AddPhotos(verb, arguments->photos, arguments->mask_names);
   AddPreset(verb, arguments->edit);
   AddRefitOptions(verb, arguments->color, arguments->edit);
   AddLarge(verb, arguments->large, /*selects=*/true);

@@ -24,7 +24,7 @@ void PrintOutputs(const EditOutputs& outputs, const Run& run) {
   std::vector<std::filesystem::path> paths = {outputs.page};
   paths.insert(paths.end(), outputs.splats.begin(), outputs.splats.end());
   for (const auto& path : {outputs.report, outputs.comparison, outputs.stages, outputs.masks,
-                           outputs.views, outputs.session, outputs.finer_splat}) {
+                           outputs.photos, outputs.views, outputs.session, outputs.finer_splat}) {
     paths.push_back(path);
   }
   std::string line;

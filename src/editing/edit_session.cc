@@ -44,12 +44,12 @@ void EditSession::WriteSplat(const std::filesystem::path& path, Monitor& monitor
   scene_->WriteSplat(path, refits_.CurrentSh(), monitor);
 }
 
-void EditSession::WriteMasks(const std::filesystem::path& folder, RegionId id,
-                             Monitor& monitor) const {
+void EditSession::WriteMasks(const std::filesystem::path& folder, RegionId id, Monitor& monitor,
+                             MaskNames names) const {
   const auto& masks = store_.Require(id).selection->masks;
   const Pictures shown = scene_->pictures();
-  if (shown.AreViews()) return retint::WriteMasks(folder, masks, monitor);
-  retint::WriteMasks(folder, shown.FromViews(masks), monitor);
+  if (shown.AreViews()) return retint::WriteMasks(folder, masks, monitor, names);
+  retint::WriteMasks(folder, shown.FromViews(masks), monitor, names);
 }
 
 }  // namespace retint

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "colmap_io/mask_names.h"
 #include "editing/refit_service.h"
 #include "editing/region_store.h"
 #include "opening/open_scene.h"
@@ -48,7 +49,8 @@ class EditSession {
   void RestoreRegions(RegionSet regions, const RefitJob& job);
   // The scene as it is now, and <folder>/<picture name>.png of a region's masks.
   void WriteSplat(const std::filesystem::path& path, Monitor& monitor) const;
-  void WriteMasks(const std::filesystem::path& folder, RegionId id, Monitor& monitor) const;
+  void WriteMasks(const std::filesystem::path& folder, RegionId id, Monitor& monitor,
+                  MaskNames names = MaskNames::kColmap) const;
 
  private:
   std::unique_ptr<OpenScene> scene_;

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "editing/compare_pictures.h"
+#include "editing/edited_photo.h"
 #include "recolor/paint_carrier.h"
 
 namespace retint {
@@ -199,20 +200,8 @@ void RefitService::ApplyEdit(const Region& region, const ColorEdit& edit, const 
                              Image& picture) const {
   const auto found = region.selection->masks.find(view.name);
   if (found == region.selection->masks.end()) return;
-  if (edit.HasPaint()) {
-    PaintCarrier carrier(edit, LayerCameras(edit, scene_.workspace()), scene_.original(),
-                         region.paint);
-    picture = carrier.Target(scene_.renderer(), scene_.reconstruction().Posed(view), found->second,
-                             &picture);
-    return;
-  }
-  const CompiledEdit compiled(edit);
-  for (size_t i = 0; i < picture.NumPixels(); ++i) {
-    if (found->second.data[i] == 0) continue;
-    const Eigen::Map<Eigen::Vector3f> pixel(picture.data.data() + 3 * i);
-    Eigen::Map<Eigen::Vector3f>(picture.data.data() + 3 * i) =
-        compiled.Apply(pixel, static_cast<float>(found->second.data[i]) / 255.0F);
-  }
+  retint::ApplyEdit(scene_, region, edit, scene_.reconstruction().Posed(view), found->second,
+                    picture);
 }
 
 }  // namespace retint

@@ -9,6 +9,7 @@
 #include "base/files.h"
 #include "base/option_name.h"
 #include "colmap_io/image_io.h"
+#include "colmap_io/mask_names.h"
 #include "opening/photo_paint.h"
 #include "opening/picture_likeness.h"
 #include "scene/image_checks.h"
@@ -189,25 +190,25 @@ Mask Pictures::Reach(const UserPicture& picture, const View& face) const {
   return picture.photo ? workspace_.photo_pixels->Reach(face.id) : Mask();
 }
 
-void Pictures::ReadMasks(const std::filesystem::path& folder,
+void Pictures::ReadMasks(const std::filesystem::path& folder, bool invert,
                          const std::function<void(const UserPicture&, Mask)>& take) const {
-  if (!IsFolder(folder)) throw InputError(folder, "is not a folder");
-  bool any = false;
+  std::vector<std::string> names;
+  for (const UserPicture& picture : all_) names.push_back(picture.name);
+  const auto files = FindMasks(folder, names);
   for (const UserPicture& picture : all_) {
-    const std::filesystem::path path = ViewFile(folder, picture.name);
-    if (!IsFile(path)) continue;
-    any = true;
-    take(picture, ReadMask(path, picture.width, picture.height));
-  }
-  if (!any) {
-    throw InputError(folder, "holds no mask of any view; expected e.g. " +
-                                 ViewFile("", all_.front().name).string());
+    const auto file = files.find(picture.name);
+    if (file == files.end()) continue;
+    Mask mask = ReadMask(file->second, picture.width, picture.height);
+    if (invert) {
+      for (uint8_t& value : mask.data) value = static_cast<uint8_t>(255 - value);
+    }
+    take(picture, std::move(mask));
   }
 }
 
-Pictures::MasksByName Pictures::ReadMasks(const std::filesystem::path& folder) const {
+Pictures::MasksByName Pictures::ReadMasks(const std::filesystem::path& folder, bool invert) const {
   MasksByName masks;
-  ReadMasks(folder, [&](const UserPicture& picture, Mask mask) {
+  ReadMasks(folder, invert, [&](const UserPicture& picture, Mask mask) {
     masks.emplace(picture.name, std::move(mask));
   });
   return masks;

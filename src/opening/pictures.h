@@ -71,12 +71,12 @@ class Pictures {
   // The pixels of a face that lie in the picture; empty: all do.
   Mask Reach(const UserPicture& picture, const View& face) const;
 
-  // <folder>/<picture name>.png of every picture that has one, by name, one after the other.
-  // InputError when none has, or when one is not of its picture's size.
-  void ReadMasks(const std::filesystem::path& folder,
+  // The masks in a folder (colmap_io/mask_names.h), by picture name, one after the other; `invert`:
+  // their black is inside. InputError as FindMasks(), or when one is not of its picture's size.
+  void ReadMasks(const std::filesystem::path& folder, bool invert,
                  const std::function<void(const UserPicture&, Mask)>& take) const;
   // The same, all of them.
-  MasksByName ReadMasks(const std::filesystem::path& folder) const;
+  MasksByName ReadMasks(const std::filesystem::path& folder, bool invert) const;
   // The brush mask at `mask` of a picture (ReadBrushMask()). InputError as it, and for the
   // picture's photo or render itself, painted over or not: a mask is black or transparent outside.
   Mask ReadBrushOf(const UserPicture& picture, const std::filesystem::path& mask) const;

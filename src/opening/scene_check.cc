@@ -184,13 +184,20 @@ std::vector<std::vector<const View*>> ByPicture(const Workspace& workspace,
   return pictures;
 }
 
-std::string MissingPhotos(const SceneCheck& check) {
+// Where a view's photo was looked for.
+std::string FullPath(const Workspace& workspace, const View& view) {
+  return std::filesystem::absolute(workspace.PhotoPath(view)).lexically_normal().string();
+}
+
+std::string MissingPhotos(const Workspace& workspace, const SceneCheck& check) {
   std::string line = "photos of " + std::to_string(check.missing_photos.size()) + " of " +
                      std::to_string(check.views) + " views are missing: ";
   for (size_t i = 0; i < std::min(kNamesShown, check.missing_photos.size()); ++i) {
     line += (i > 0 ? ", " : "") + check.missing_photos[i];
   }
-  return check.missing_photos.size() > kNamesShown ? line + ", ..." : line;
+  if (check.missing_photos.size() > kNamesShown) line += ", ...";
+  const View* first = workspace.reconstruction.FindView(check.missing_photos.front());
+  return line + "; there is no " + FullPath(workspace, *first);
 }
 
 // The median of the comparisons.
@@ -310,13 +317,17 @@ std::string MismatchIn(OpenScene& scene, const std::vector<std::string>& names) 
 }
 
 std::string WarningOfMissingPhotos(const Workspace& workspace) {
-  const auto& views = workspace.reconstruction.views;
-  const auto missing = std::count_if(views.begin(), views.end(), [&](const auto& entry) {
-    return !workspace.HasPhoto(entry.second);
-  });
+  const View* first = nullptr;
+  size_t missing = 0;
+  const auto views = workspace.reconstruction.ViewsByName();
+  for (const View* view : views) {
+    if (workspace.HasPhoto(*view)) continue;
+    if (missing++ == 0) first = view;
+  }
   if (missing == 0) return "";
-  return std::to_string(missing) + " of " + std::to_string(views.size()) +
-         " views have no photo, and are fitted to their renders";
+  const std::string line = std::to_string(missing) + " of " + std::to_string(views.size()) +
+                           " views have no photo, and are fitted to their renders";
+  return workspace.has_virtual_views ? line : line + "; there is no " + FullPath(workspace, *first);
 }
 
 SceneCheck CheckScene(OpenScene& scene, Monitor& monitor, const SceneCheckOptions& options) {
@@ -351,7 +362,7 @@ SceneCheck CheckScene(const Workspace& workspace,
   monitor.Step("check", count, count);
   TakeMedians(&check);
   if (!workspace.has_virtual_views) check.mismatch = Mismatch(check, options);
-  if (!check.missing_photos.empty()) check.warnings.push_back(MissingPhotos(check));
+  if (!check.missing_photos.empty()) check.warnings.push_back(MissingPhotos(workspace, check));
   if (!check.mismatch.empty()) check.warnings.push_back(check.mismatch);
   return check;
 }

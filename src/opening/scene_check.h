@@ -69,8 +69,8 @@ std::string MismatchIn(OpenScene& scene, const std::vector<const View*>& views,
 // another is enough to be sure.
 std::string MismatchIn(OpenScene& scene, const std::vector<std::string>& pictures);
 
-// "12 of 50 views have no photo, and are fitted to their renders"; empty if none is missing. For a
-// fit whose target is the photos.
+// "12 of 50 views have no photo, and are fitted to their renders; there is no FILE"; empty if none
+// is missing. For a fit whose target is the photos.
 std::string WarningOfMissingPhotos(const Workspace& workspace);
 
 // Leaves the original's coefficients in scene.renderer(). Stage: "check".

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "colmap_io/mask_names.h"
 #include "editing/edit_options.h"
 #include "recolor/color_edit.h"
 #include "recolor/finer_gaussians.h"
@@ -27,7 +28,8 @@ struct PaintFile {
 struct RegionRecipe {
   std::string name;
   std::vector<PaintFile> paint;
-  std::filesystem::path mask_folder;                   // <picture name>.png of each picture
+  std::filesystem::path mask_folder;                   // a mask of each picture, by its name
+  bool invert_masks = false;                           // their black is inside
   std::map<std::string, std::filesystem::path> masks;  // by picture name
   EditOptions options;                                 // its refit is the recipe's
   ColorEdit edit;
@@ -41,7 +43,9 @@ struct EditOutputs {
   std::filesystem::path report;               // .json
   std::filesystem::path page;                 // .html, to look at
   std::filesystem::path comparison;           // .png: before, mask and after of some views
-  std::filesystem::path masks;                // folder: <region's name>/<picture name>.png
+  std::filesystem::path masks;                // folder: <region's name>/<mask of a picture>
+  std::filesystem::path photos;               // folder: images/ and masks/, ExportPhotos()
+  MaskNames mask_names = MaskNames::kColmap;  // of both
   std::filesystem::path views;                // folder: <picture name>.png of the recolored scene
   std::filesystem::path stages;               // folder: the results of every stage
   std::filesystem::path session;              // folder NAME.retint, to go on in the editor

@@ -14,6 +14,7 @@
 #include "base/ranks.h"
 #include "base/run_clock.h"
 #include "colmap_io/image_io.h"
+#include "colmap_io/mask_names.h"
 #include "editing/compare_pictures.h"
 #include "editing/finer_session.h"
 #include "opening/scene_check.h"
@@ -22,6 +23,7 @@
 #include "pipeline/stage_keys.h"
 #include "recolor/edit_text.h"
 #include "reporting/export.h"
+#include "reporting/export_photos.h"
 #include "reporting/report_html.h"
 #include "saving/session_file.h"
 #include "scene/mask_pixels.h"
@@ -32,10 +34,6 @@ namespace retint {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool HasPictures(const ColorEdit& edit) {
-  return std::ranges::any_of(edit.operations, [](const auto& op) { return op.picture != nullptr; });
-}
 
 std::vector<std::string> PicturesOf(const ColorEdit& edit) {
   std::vector<std::string> names;
@@ -59,14 +57,18 @@ void CheckOutputs(const EditRecipe& recipe) {
        {outputs.report, outputs.page, outputs.comparison, outputs.finer_splat}) {
     if (!file.empty()) CheckOutput(file);
   }
-  for (const fs::path& folder : {outputs.masks, outputs.views, outputs.stages, outputs.session}) {
+  for (const fs::path& folder :
+       {outputs.masks, outputs.views, outputs.photos, outputs.stages, outputs.session}) {
     if (!folder.empty()) CheckOutput(folder, /*as_folder=*/true);
   }
   if (!outputs.session.empty()) SessionWriter(outputs.session).CheckFolder();
   std::error_code ignored;
-  CheckOption(!fs::equivalent(outputs.stages, recipe.workspace, ignored),
-              "the folder of the stages is the workspace, whose masks it would replace: name "
-              "another folder");
+  for (const auto& [folder, name] :
+       {std::pair(outputs.stages, "the stages is the workspace, whose masks it"),
+        std::pair(outputs.photos, "the edited photos is the workspace, whose photos it")}) {
+    CheckOption(!fs::equivalent(folder, recipe.workspace, ignored),
+                "the folder of " + std::string(name) + " would replace: name another folder");
+  }
 }
 
 EditRun::EditRun(const EditRecipe& recipe, SceneSource& scene, StageCache& cache,
@@ -105,7 +107,8 @@ void EditRun::CheckParts() const {
                 "a splat that is opened in parts is written as a patched copy: " + splat.string() +
                     " must be a 3DGS .ply");
   }
-  for (const fs::path& folder : {outputs.masks, outputs.views, outputs.stages, outputs.session}) {
+  for (const fs::path& folder :
+       {outputs.masks, outputs.views, outputs.photos, outputs.stages, outputs.session}) {
     CheckOption(folder.empty(),
                 folder.string() + " needs all views of the scene, and it is opened in parts");
   }
@@ -130,13 +133,18 @@ void EditRun::PlanOutputs() {
         std::pair("outputs.finer_splat", outputs.finer_splat)}) {
     if (!file.empty()) inputs_.Plan(name, file);
   }
+  for (const fs::path& file :
+       PhotoExportFiles(scene_.workspace(), outputs.photos, outputs.mask_names)) {
+    inputs_.Plan("outputs.photos", file);
+  }
   for (const UserPicture& picture : pictures.all()) {
     if (!outputs.views.empty()) {
       inputs_.Plan("outputs.views", ViewFile(outputs.views, picture.name));
     }
     for (const RegionRecipe& region : recipe_.regions) {
       if (outputs.masks.empty()) continue;
-      const fs::path folder = outputs.masks / region.name, mask = ViewFile(folder, picture.name);
+      const fs::path folder = outputs.masks / region.name,
+                     mask = MaskFile(folder, picture.name, outputs.mask_names);
       std::error_code ignored;
       if (fs::equivalent(folder, region.mask_folder, ignored)) inputs_.Allow(mask);
       inputs_.Plan("outputs.masks", mask);
@@ -170,7 +178,8 @@ EditRun::RegionPlan EditRun::ReadRegion(const RegionRecipe& region) {
                      (method == "stereo-hv" || method == "gaussian");
   if (!region.paint.empty()) return plan;
   if (region.mask_folder.empty() && region.masks.empty()) {
-    CheckOption(HasPictures(region.edit), "region " + region.name + " has neither paint nor masks");
+    CheckOption(!PicturesOf(region.edit).empty(),
+                "region " + region.name + " has neither paint nor masks");
     plan.shown = PicturesOf(region.edit);
     return plan;
   }
@@ -178,7 +187,9 @@ EditRun::RegionPlan EditRun::ReadRegion(const RegionRecipe& region) {
               "masks that were made elsewhere: `retint refit` takes them for a splat in parts");
   plan.is_painted = false;
   Pictures::MasksByName masks;
-  if (!region.mask_folder.empty()) masks = pictures.ReadMasks(region.mask_folder);
+  if (!region.mask_folder.empty()) {
+    masks = pictures.ReadMasks(region.mask_folder, region.invert_masks);
+  }
   for (const auto& [name, path] : region.masks) {
     for (const UserPicture* one : pictures.Require(name)) {
       masks.emplace(one->name, ReadMask(path, one->width, one->height));
@@ -238,7 +249,7 @@ void EditRun::AddKeys() {
     refine.Add(plan.project_key);
     refine.Add(OptionKey(Described(*plan.region->refine)));
     // Paint says which Gaussians are split.
-    if (HasPictures(edit)) refine.Add(edits.Hex());
+    if (!PicturesOf(edit).empty()) refine.Add(edits.Hex());
     plan.refine_key = refine.Hex();
   }
   if (refines_) before.Add(refine.Hex());
@@ -535,10 +546,11 @@ void EditRun::StagePictures(StagedOutput& staged, Monitor& monitor) {
   if (!outputs.masks.empty()) {
     staged.AddFolder(outputs.masks, [&](const fs::path& folder) {
       for (const Region& region : session.store().regions().regions) {
-        session.WriteMasks(folder / region.name, region.id, monitor);
+        session.WriteMasks(folder / region.name, region.id, monitor, outputs.mask_names);
       }
     });
   }
+  StagePhotos(staged, session, outputs.photos, outputs.mask_names, observer_.warning, monitor);
   if (!outputs.views.empty()) {
     staged.AddFolder(outputs.views, [&](const fs::path& folder) {
       ExportViews(session, session.scene().reconstruction().ViewsByName(),

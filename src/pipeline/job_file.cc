@@ -133,6 +133,7 @@ void JobReader::Selection(const Node& node, RegionRecipe* region) const {
   const Node masks = node.At("masks");
   if (masks.json().is_string()) {
     region->mask_folder = Path(masks);
+    region->invert_masks = node.Has("invert_masks") && node.At("invert_masks").Bool();
     return;
   }
   if (!masks.json().is_object()) {
@@ -156,7 +157,8 @@ ColorEdit JobReader::Edit(const Node& node, std::vector<std::string>* warnings) 
 }
 
 RegionRecipe JobReader::Region(const Node& node, EditRecipe& job) const {
-  node.AllowOnly({"name", "paint", "masks", "edit", "strength", "options", "refine"});
+  node.AllowOnly(
+      {"name", "paint", "masks", "invert_masks", "edit", "strength", "options", "refine"});
   RegionRecipe region;
   region.name = node.At("name").Text();
   // It names a folder of masks.
@@ -183,7 +185,8 @@ RegionRecipe JobReader::Region(const Node& node, EditRecipe& job) const {
 }
 
 EditOutputs JobReader::Outputs(const Node& node) const {
-  node.AllowOnly({"splats", "report", "report_html", "masks", "views", "session", "finer_splat"});
+  node.AllowOnly({"splats", "report", "report_html", "masks", "mask_names", "photos", "views",
+                  "session", "finer_splat"});
   EditOutputs outputs;
   std::set<fs::path> seen;
   if (node.Has("splats")) {
@@ -195,6 +198,14 @@ EditOutputs JobReader::Outputs(const Node& node) const {
   outputs.report = OptionalPath(node, "report");
   outputs.page = OptionalPath(node, "report_html");
   outputs.masks = OptionalPath(node, "masks");
+  if (node.Has("mask_names")) {
+    try {
+      outputs.mask_names = MaskNamesOf(node.At("mask_names").Text());
+    } catch (const OptionError& error) {
+      node.At("mask_names").Fail(error.what());
+    }
+  }
+  outputs.photos = OptionalPath(node, "photos");
   outputs.views = OptionalPath(node, "views");
   outputs.session = OptionalPath(node, "session");
   outputs.finer_splat = OptionalPath(node, "finer_splat");
@@ -225,8 +236,8 @@ void JobReader::CheckFiles(const EditRecipe& job, const Node& node) const {
     CheckApart(written, read);
     for (const fs::path& splat : job.outputs.splats) add(&written, "one of splats", splat);
     for (const auto& [name, folder] :
-         {std::pair("masks", job.outputs.masks), std::pair("views", job.outputs.views),
-          std::pair("session", job.outputs.session)}) {
+         {std::pair("masks", job.outputs.masks), std::pair("photos", job.outputs.photos),
+          std::pair("views", job.outputs.views), std::pair("session", job.outputs.session)}) {
       std::vector<NamedFile> with_folder = written;
       add(&with_folder, name, folder);
       CheckApart(with_folder, {});
@@ -249,7 +260,8 @@ void JobReader::CheckFiles(const EditRecipe& job, const Node& node) const {
         "makes another");
   }
   for (const auto& [name, folder] :
-       {std::pair("masks", job.outputs.masks), std::pair("views", job.outputs.views)}) {
+       {std::pair("masks", job.outputs.masks), std::pair("photos", job.outputs.photos),
+        std::pair("views", job.outputs.views)}) {
     if (session.empty() || folder.empty()) continue;
     const fs::path below = session.lexically_relative(folder);
     if (!below.empty() && *below.begin() != "..") {

@@ -13,6 +13,7 @@
 #include "base/files.h"
 #include "base/parallel.h"
 #include "colmap_io/image_io.h"
+#include "colmap_io/mask_names.h"
 #include "reporting/score_report.h"
 #include "scene/mask_pixels.h"
 
@@ -73,6 +74,11 @@ Image ReadPicture(const fs::path& folder, const std::string& view, const Mask& t
   return ReadImage(path, SizeOf(truth, path));
 }
 
+// By any of its names; where there is none, by the first.
+fs::path MaskOf(const ScoreRequest& request, const std::string& view) {
+  return FindMask(request.masks, view).value_or(ViewFile(request.masks, view));
+}
+
 // Fills `score`, which holds the view's name, from the files of that view.
 void ScoreOne(const ScoreRequest& request, ViewScore* score) {
   const Mask truth = ReadTruth(ViewFile(request.truth, score->view));
@@ -82,7 +88,7 @@ void ScoreOne(const ScoreRequest& request, ViewScore* score) {
     score->edit = ScoreEdit(before, Edited(before, request.edit), after, truth, request.border);
   }
   if (request.masks.empty()) return;
-  const fs::path file = ViewFile(request.masks, score->view);
+  const fs::path file = MaskOf(request, score->view);
   score->mask = ScoreMask(ReadMask(file, SizeOf(truth, file)), truth);
 }
 
@@ -138,7 +144,7 @@ ScoreReport Score(const ScoreRequest& request, Monitor& monitor) {
   ScoreReport report;
   const std::vector<std::string> views = ViewsWithTruth(request.truth);
   for (const std::string& view : views) {
-    const fs::path mask = request.masks.empty() ? fs::path() : ViewFile(request.masks, view);
+    const fs::path mask = request.masks.empty() ? fs::path() : MaskOf(request, view);
     if (!mask.empty() && !IsFile(mask)) throw InputError(mask, "no such mask");
     ViewScore& score = report.views.emplace_back();
     score.view = view;

@@ -421,6 +421,30 @@ Camera Resized(const Camera& camera, int width, int height) {
   return resized;
 }
 
+Camera WithoutZeroDistortion(const Camera& camera) {
+  switch (camera.model) {
+    case CameraModelId::kSimpleRadial:
+    case CameraModelId::kRadial:
+    case CameraModelId::kOpenCV:
+    case CameraModelId::kFullOpenCV:
+    case CameraModelId::kFov:
+    case CameraModelId::kSimpleDivision:
+    case CameraModelId::kDivision:
+      break;
+    default:
+      return camera;
+  }
+  const Focals focals = FocalsOf(camera.model);
+  const std::vector<double>& p = camera.params;
+  const CameraModelInfo* info = FindCameraModel(static_cast<int>(camera.model));
+  if (p.size() != static_cast<size_t>(info->num_params)) return camera;
+  const bool bends =
+      std::any_of(p.begin() + focals.Bends(), p.end(), [](double value) { return value != 0; });
+  if (bends) return camera;
+  const size_t at = focals.count == 1 ? 0 : 1;
+  return Camera::Pinhole(camera.id, camera.width, camera.height, p[0], p[at], p[at + 1], p[at + 2]);
+}
+
 Camera Flattened(const Camera& camera) {
   if (camera.IsPinhole()) return camera;
   Eigen::Matrix<double, 2, 3> by_point;

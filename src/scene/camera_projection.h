@@ -80,6 +80,9 @@ class CameraProjection {
 // The camera whose pictures are these scaled to another size. Of a distorted one with a single
 // focal length both axes get the mean scale.
 Camera Resized(const Camera& camera, int width, int height);
+// A camera whose distortion is zero throughout as the PINHOLE that it is: RealityScan writes
+// FULL_OPENCV for undistorted photos. Others, fisheyes among them, stay as they are.
+Camera WithoutZeroDistortion(const Camera& camera);
 // The pinhole camera of the same size that shows the middle of the picture as large.
 Camera Flattened(const Camera& camera);
 

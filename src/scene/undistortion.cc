@@ -188,7 +188,7 @@ std::string DescribeCamera(const Camera& camera) {
   const CameraModelInfo* info = FindCameraModel(static_cast<int>(camera.model));
   const std::string text =
       std::string(info ? info->name : "unknown") + " " + SizeText(camera.width, camera.height);
-  if (camera.IsPinhole()) return text;
+  if (WithoutZeroDistortion(camera).IsPinhole()) return text;
   try {
     const Undistortion lens = Undistort(camera);
     const Camera& face = lens.faces.front().camera;

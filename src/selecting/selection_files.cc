@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstdint>
 #include <functional>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -12,6 +13,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/input_file.h"
+#include "base/option_name.h"
 #include "base/staged_output.h"
 #include "colmap_io/image_io.h"
 #include "scene/image_checks.h"
@@ -121,19 +123,26 @@ std::string WhyNot(const std::string& reason) {
 }  // namespace
 
 void WriteMasks(const std::filesystem::path& folder, const std::map<std::string, Mask>& masks,
-                Monitor& monitor) {
+                Monitor& monitor, MaskNames names) {
+  std::set<std::filesystem::path> files;
+  for (const auto& [name, mask] : masks) {
+    CheckOption(files.insert(MaskFile(folder, name, names)).second,
+                "two masks would be called " + MaskFile("", name, names).string() + ": write " +
+                    OptionName("mask_names", kMaskNames[0]));
+  }
   auto next = masks.begin();
   const auto make = [&](size_t) -> std::function<void()> {
     const auto& [name, mask] = *next++;
-    return [path = ViewFile(folder, name), &mask = mask] { WritePng(path, mask); };
+    return [path = MaskFile(folder, name, names), &mask = mask] { WritePng(path, mask); };
   };
   WriteOnAllCores(masks.size(), make, monitor);
 }
 
-MaskFolder ReadMaskFolder(const std::filesystem::path& folder, const Pictures& pictures) {
+MaskFolder ReadMaskFolder(const std::filesystem::path& folder, bool invert,
+                          const Pictures& pictures) {
   MaskFolder result;
   MasksChecksum sum;
-  pictures.ReadMasks(folder, [&](const UserPicture& picture, Mask mask) {
+  pictures.ReadMasks(folder, invert, [&](const UserPicture& picture, Mask mask) {
     sum.Add(picture.name, mask);
     if (AnySet(mask)) {
       result.masks.emplace(picture.name, std::move(mask));

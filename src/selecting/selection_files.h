@@ -3,7 +3,7 @@
 // view, and beside them the Gaussians' shares, which paint and cloud determine and which could be
 // computed from the masks alone only nearly.
 //
-//   <folder>/<image name>.png
+//   <folder>/<image name>.png    or another name of colmap_io/mask_names.h
 //   <folder>/shares.bin         8 bytes "RTSHARES", then little-endian: uint64 N, uint64 XXH64 of
 //                               the masks, N floats, the share of each Gaussian in [0, 1]
 //   <folder>/confidence.bin     the same after "RTCONFID": how sure each share is, in [0, 1]; only
@@ -22,14 +22,16 @@
 #include <vector>
 
 #include "base/monitor.h"
+#include "colmap_io/mask_names.h"
 #include "opening/open_scene.h"
 #include "scene/image.h"
 
 namespace retint {
 
-// <folder>/<image name>.png of each mask; RunError when it cannot be written. Stage: "save".
+// Each mask in `folder`, by image name; RunError when it cannot be written, OptionError when two
+// would have one name. Stage: "save".
 void WriteMasks(const std::filesystem::path& folder, const std::map<std::string, Mask>& masks,
-                Monitor& monitor);
+                Monitor& monitor, MaskNames names = MaskNames::kColmap);
 
 // The masks of a folder, as far as they take memory.
 struct MaskFolder {
@@ -42,7 +44,8 @@ struct MaskFolder {
                                       const std::vector<const View*>& views) &&;
 };
 // InputError as Pictures::ReadMasks().
-MaskFolder ReadMaskFolder(const std::filesystem::path& folder, const Pictures& pictures);
+MaskFolder ReadMaskFolder(const std::filesystem::path& folder, bool invert,
+                          const Pictures& pictures);
 
 // `masks` by image name; `confidence` may be empty: then there is no file of it. Values of a `part`
 // of a splat become those of all of it: what no view of the part shows has share 0, for sure.

@@ -29,7 +29,7 @@ int Main(int argc, char** argv) {
   SessionOptions options;
   options.backend = "cpu";
   LargeScene large(workspace, splat, options, {}, monitor);
-  MaskFolder folder = ReadMaskFolder(masks, large.pictures());
+  MaskFolder folder = ReadMaskFolder(masks, /*invert=*/false, large.pictures());
   const SparseShares shares = ReadSparseShares(masks, folder.checksum, large.NumGaussians());
   const auto session = large.ForMasks(folder, shares, RefitOptions().active_threshold, monitor);
   const std::vector<const View*>& views = session->scene().views();

@@ -125,6 +125,28 @@ TEST_P(Distorted, MasksMeetTheTruthInThePhotosPixels) {
   }
 }
 
+// The photo itself is edited, not its pinhole views: what lies outside the masks keeps every bit.
+TEST_P(Distorted, PhotosAreEditedInTheirOwnLens) {
+  Run("refit", {"--masks", object_.string(), "--to", "#3060ff", "--set", "iterations=1", "--output",
+                (temp_ / "out.ply").string(), "--photos", (temp_ / "photos").string()});
+  for (const auto& entry : fs::directory_iterator(workspace_ / "images")) {
+    const std::string name = entry.path().filename().string();
+    const Image8 was = ReadImage8(entry.path()), is = ReadImage8(temp_ / "photos/images" / name);
+    const Mask mask = Read(ViewFile(temp_ / "photos/masks", name)), truth = Truth(name);
+    EXPECT_GT(IouOf(mask, truth), GetParam().least_iou) << name;
+    size_t inside = 0, changed = 0;
+    for (size_t i = 0; i < mask.data.size(); ++i) {
+      const bool same = std::equal(&was.data[3 * i], &was.data[3 * i] + 3, &is.data[3 * i]);
+      if (mask.data[i] == 0) {
+        ASSERT_TRUE(same) << name << " " << i;
+      }
+      inside += mask.data[i] > 200;
+      changed += mask.data[i] > 200 && !same;
+    }
+    EXPECT_GT(double(changed), 0.95 * double(inside)) << name;
+  }
+}
+
 // A solid's pixels follow from the exact depth of every photo pixel and the camera's rays.
 TEST_P(Distorted, ToolsWorkInThePhotosPixels) {
   const Reconstruction model = ReadReconstruction(workspace_ / "sparse/0");

@@ -119,7 +119,7 @@ TEST_F(SelectionFilesTest, SharesOfAPartAreThoseOfTheWhole) {
   WriteMasks(folder_.path(), masks_, monitor);
   const Workspace workspace = WorkspaceOf(masks_);
   const Pictures pictures(workspace, Pixels::kPhoto);
-  const MaskFolder folder = ReadMaskFolder(folder_.path(), pictures);
+  const MaskFolder folder = ReadMaskFolder(folder_.path(), /*invert=*/false, pictures);
   const SparseShares sparse = ReadSparseShares(folder_.path(), folder.checksum, 7);
   EXPECT_TRUE(sparse.known);
   EXPECT_EQ(sparse.gaussians, (std::vector<uint32_t>{2, 4, 6}));
@@ -139,7 +139,7 @@ TEST_F(SelectionFilesTest, AFolderOfMasksHoldsThoseThatSelectSomething) {
   const Workspace workspace = WorkspaceOf(views_masks);
   std::vector<const View*> views = workspace.reconstruction.ViewsByName();
   const Pictures pictures(workspace, Pixels::kPhoto);
-  MaskFolder folder = ReadMaskFolder(folder_.path(), pictures);
+  MaskFolder folder = ReadMaskFolder(folder_.path(), /*invert=*/false, pictures);
   EXPECT_EQ(folder.masks.size(), 2U);
   EXPECT_THAT(folder.empty, testing::ElementsAre("c.png"));
   views.pop_back();

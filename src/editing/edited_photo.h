@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the edits of regions make of a picture, and of a photo at its full size and in its own lens.
+#pragma once
+
+#include "editing/region.h"
+#include "opening/open_scene.h"
+#include "opening/pictures.h"
+#include "recolor/color_edit.h"
+#include "scene/camera.h"
+#include "scene/image.h"
+
+namespace retint {
+
+// `edit` of a region over what `camera` sees, weighted by `mask`; all have one size. Not clamped.
+void ApplyEdit(OpenScene& scene, const Region& region, const ColorEdit& edit,
+               const PosedCamera& camera, const Mask& mask, Image& picture);
+
+// Whether a visible region has a pixel of it, however faint.
+bool IsEdited(const RegionSet& regions, const UserPicture& picture);
+
+// Every visible region's edit over the photo of `picture`, which may be larger or smaller than its
+// camera says: the masks are scaled to it. In a distorted photo the masks are bent, the photo is
+// not; paint (PaintCarrier) is carried on the pinhole views, and its change is bent. Not clamped;
+// pixels outside all masks keep their bits.
+Image EditedPhoto(OpenScene& scene, const RegionSet& regions, const UserPicture& picture,
+                  Image photo);
+
+}  // namespace retint
