@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,5 +32,25 @@ std::filesystem::path FindProgram(const std::filesystem::path& name);
 ProcessResult RunProcess(const std::filesystem::path& program,
                          const std::vector<std::string>& arguments, const Monitor& monitor,
                          const std::function<void(std::string_view line)>& on_line = {});
+
+// A program that answers each line on its stdin with a line on its stdout, for as long as this
+// lives: then its stdin ends, and if it does not end with that, signals end it as above.
+class LineProcess {
+ public:
+  // Runs `command` through sh. RunError when that cannot be started.
+  explicit LineProcess(std::string command);
+  ~LineProcess();
+  LineProcess(const LineProcess&) = delete;
+  LineProcess& operator=(const LineProcess&) = delete;
+
+  // Its answer to `line`. RunError, with the last line that it printed on stderr, when it ends or
+  // closes its output instead. When the monitor is cancelled, Cancelled is thrown, and the program
+  // is of no use any more.
+  std::string Ask(const std::string& line, const Monitor& monitor);
+
+ private:
+  class State;
+  std::unique_ptr<State> state_;
+};
 
 }  // namespace retint

@@ -151,5 +151,34 @@ TEST_F(ProcessTest, FindsProgramsAsAShellDoes) {
   EXPECT_EQ(FindProgram(folder_.path()), "");
 }
 
+TEST_F(ProcessTest, LinesAreAnsweredInTurnAndErrorsKeptApart) {
+  LineProcess program("while read line; do echo \"heard $line\"; echo noise >&2; done");
+  EXPECT_EQ(program.Ask("one", monitor_), "heard one");
+  EXPECT_EQ(program.Ask("two words", monitor_), "heard two words");
+}
+
+TEST_F(ProcessTest, AProgramThatEndsInsteadOfAnAnswerSaysWhyOnceAndForAll) {
+  LineProcess program("read line; echo first >&2; echo last >&2; exit 5");
+  for (int i = 0; i < 2; ++i) {
+    try {
+      program.Ask("hello", monitor_);
+      ADD_FAILURE() << "it answered";
+    } catch (const RunError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("ended with exit code 5 instead of an answer: last"));
+    }
+  }
+}
+
+TEST_F(ProcessTest, EndsWithItsInputAndIsKilledIfItDoesNot) {
+  { LineProcess("cat >/dev/null; touch " + (folder_ / "ended").string()); }
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "ended"));
+  const std::string self = (folder_ / "self").string();
+  {
+    LineProcess program("trap '' TERM; echo $$ >" + self + "; echo up; while :; do sleep 1; done");
+    EXPECT_EQ(program.Ask("", monitor_), "up");
+  }
+  EXPECT_FALSE(IsRunning(pid_t(std::stol(ReadFile(self)))));
+}
+
 }  // namespace
 }  // namespace retint
