@@ -7,6 +7,7 @@
 #include <pybind11/stl.h>
 
 #include "base/error.h"
+#include "matcher.h"
 
 namespace retint::python {
 namespace {
@@ -91,6 +92,7 @@ EditOptions StartOptions(py::kwargs& keywords) {
   EditOptions options = PresetOptions(take("preset", "retint"));
   std::string& program = options.select.depth.colmap_mvs.program;
   program = take("colmap_program", program);
+  TakeMatcher(keywords, options.select.depth.stereo_hv);
   return options;
 }
 

@@ -19,10 +19,11 @@ namespace py = pybind11;
 void SetOptions(const OptionList& list, const py::kwargs& keywords);
 
 // The preset's options of an edit, changed by the keywords. "preset" and "colmap_program" are
-// keywords too. `describe` lists those that the call has.
+// keywords too, and "matcher" may be a network (matcher.h). `describe` lists those that the call
+// has.
 template <typename Describe>
 EditOptions Resolve(const py::kwargs& keywords, Describe describe);
-EditOptions StartOptions(py::kwargs& keywords);  // takes out those two
+EditOptions StartOptions(py::kwargs& keywords);  // takes those out
 void FinishOptions(EditOptions& options);        // checks them
 
 // Name, default, range, unit, help and where it applies, of each option: list of dict.

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <iostream>
 #include <system_error>
 
@@ -17,6 +18,7 @@
 #include "base/ranks.h"
 #include "base/staged_output.h"
 #include "colmap_io/image_io.h"
+#include "depth/network_matcher.h"
 #include "kernels/cuda/cuda_backend.h"
 #include "opening/scene_check.h"
 #include "retint/help.h"
@@ -354,6 +356,32 @@ std::string StageOf(std::string_view name) {
   return {};
 }
 
+namespace {
+
+// Beside the option's own values, a network. It belongs to the machine too.
+void AddMatcher(CLI::App* verb, EditArguments& edit) {
+  verb->add_option_function<std::string>(
+          "--matcher",
+          [&edit](const std::string& text) {
+            const bool is_network = text.starts_with("onnx:") || text.starts_with("exec:");
+            if (!is_network && text != "census" && text != "sgbm") {
+              throw CLI::ValidationError("--matcher",
+                                         "must be census, sgbm, onnx:FILE or "
+                                         "exec:COMMAND, not '" +
+                                             text + "'");
+            }
+            edit.network = is_network ? text : "";
+            edit.flags.Set("stereo-hv.matcher=" + (is_network ? "network" : text), "--matcher");
+          },
+          "stereo-hv: census (for up to 256 disparities), sgbm (OpenCV's, on the CPU), "
+          "onnx:FILE[,key=value...] (a stereo network) or exec:COMMAND (a program that runs one)")
+      ->type_name("NAME")
+      ->default_str("census")
+      ->group("Selection");
+}
+
+}  // namespace
+
 void AddDepthOptions(CLI::App* verb, EditArguments& edit) {
   OptionList list;
   edit.options.select.DescribeDepth(list);
@@ -363,6 +391,18 @@ void AddDepthOptions(CLI::App* verb, EditArguments& edit) {
                    "colmap-mvs: COLMAP's program, built with CUDA. A name is looked up in PATH")
       ->type_name("FILE")
       ->group("Selection");
+  AddMatcher(verb, edit);
+  AddOnnxRuntime(verb, "Selection");
+}
+
+void AddOnnxRuntime(CLI::App* verb, const std::string& group) {
+  verb->add_option_function<std::string>(
+          "--onnx-runtime",
+          [](const std::string& path) { setenv("RETINT_ONNX_RUNTIME", path.c_str(), 1); },
+          "onnx: the library libonnxruntime.so, or its folder. Without it, RETINT_ONNX_RUNTIME "
+          "names it, else the usual places are searched")
+      ->type_name("PATH")
+      ->group(group);
 }
 
 void AddCloudOptions(CLI::App* verb, EditArguments& edit) {
@@ -396,6 +436,9 @@ EditOptions Resolve(const EditArguments& edit, const Globals& globals) {
   EditOptions preset = PresetOptions(edit.preset);
   preset.SetSeed(globals.seed);
   edit.flags.TakeOver(Described(preset), list);
+  if (!edit.network.empty()) {
+    options.select.depth.stereo_hv.network = MakeNetworkMatcher(edit.network);
+  }
   options.EndByThemselves();
   options.Check();
   return options;

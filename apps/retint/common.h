@@ -204,10 +204,12 @@ std::string StageOf(std::string_view name);
 struct EditArguments {
   EditOptions options;
   std::string preset = "retint";
+  std::string network;  // of --matcher
   OptionFlags flags;
 };
 void AddPreset(CLI::App* verb, EditArguments& edit);
 void AddDepthOptions(CLI::App* verb, EditArguments& edit);
+void AddOnnxRuntime(CLI::App* verb, const std::string& group);
 void AddCloudOptions(CLI::App* verb, EditArguments& edit);
 void AddProjectorOptions(CLI::App* verb, EditArguments& edit);
 // The preset's, changed by flags, and the seed. 0 iterations of adam, which nothing but its caller

@@ -95,10 +95,10 @@ void SetFromText(const Option& option, const std::string& text) {
   }
 }
 
-void OptionFlags::Set(const std::string& text) {
+void OptionFlags::Set(const std::string& text, const std::string& flag) {
   const size_t equals = text.find('=');
   if (equals == std::string::npos) {
-    throw CLI::ValidationError(kSet, "'" + text + "' has no value: write NAME=VALUE");
+    throw CLI::ValidationError(flag, "'" + text + "' has no value: write NAME=VALUE");
   }
   const std::string name = text.substr(0, equals);
   bool any = false;
@@ -107,14 +107,14 @@ void OptionFlags::Set(const std::string& text) {
     try {
       SetFromText(one.option, text.substr(equals + 1));
     } catch (const OptionError& error) {
-      throw CLI::ValidationError(kSet + (" " + text), error.what());
+      throw CLI::ValidationError(flag + " " + text, error.what());
     }
     typed_.emplace(one.option.applies, one.option.name);
     typed_stages_.insert(one.stage);
     any = true;
   }
   if (any) return;
-  throw CLI::ValidationError(kSet, "there is no option '" + name + "'" + Suggestion(all_, name));
+  throw CLI::ValidationError(flag, "there is no option '" + name + "'" + Suggestion(all_, name));
 }
 
 void OptionFlags::AddFlag(CLI::App* verb, const std::string& group, const Option& option) {
@@ -171,7 +171,7 @@ void OptionFlags::Add(CLI::App* verb, const std::string& stage, const std::strin
   verb->add_option_function<std::vector<std::string>>(
           kSet,
           [this](const std::vector<std::string>& texts) {
-            for (const std::string& text : texts) Set(text);
+            for (const std::string& text : texts) Set(text, kSet);
           },
           "Any option by its name in job files, such as mm.ridge_rest=1e-2; repeatable. `retint "
           "options` explains them")

@@ -40,8 +40,10 @@ class OptionFlags {
   // Whether an option of a stage was typed.
   bool Sets(const std::string& stage) const { return typed_stages_.contains(stage); }
 
+  // NAME=VALUE, as typed behind `flag`.
+  void Set(const std::string& text, const std::string& flag);
+
  private:
-  void Set(const std::string& text);  // NAME=VALUE
   void AddFlag(CLI::App* verb, const std::string& group, const Option& option);
 
   std::vector<StageOption> all_;

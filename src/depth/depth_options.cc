@@ -70,8 +70,9 @@ void StereoHvOptions::Describe(OptionList& list) {
                   .title = "Combine pairs by",
                   .tier = OptionTier::kExpert});
   list.push_back({.name = "matcher",
-                  .member = ChoiceOf(matcher, {"census", "sgbm"}),
-                  .help = "census (for up to 256 disparities) or sgbm (OpenCV's, on the CPU)",
+                  .member = ChoiceOf(matcher, {"census", "sgbm", "network"}),
+                  .help = "census (for up to 256 disparities), sgbm (OpenCV's, on the CPU) or "
+                          "network (your own: the one that RETINT_MATCHER names)",
                   .tier = OptionTier::kExpert});
   list.push_back({.name = "both_sides",
                   .member = &both_sides,

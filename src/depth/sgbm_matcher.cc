@@ -24,8 +24,8 @@ class SgbmMatcher : public StereoMatcher {
  public:
   explicit SgbmMatcher(const SgbmOptions& options) : options_(options) { options_.Check(); }
 
-  StereoMatch Match(const Image8& left, const Image8& right,
-                    const DisparityRange& range) const override {
+  StereoMatch Match(const Image8& left, const Image8& right, const DisparityRange& range,
+                    const Monitor&) const override {
     CheckOption(left.width == right.width && left.height == right.height && !left.Empty(),
                 "a stereo pair must be two images of one size");
     CheckOption(range.lowest >= 0 && range.count > 0 && range.count % 16 == 0,

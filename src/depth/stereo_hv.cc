@@ -13,6 +13,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "depth/network_matcher.h"
 #include "depth/stereo_pairs.h"
 #include "kernels/common/quantize.h"
 
@@ -249,11 +250,17 @@ class Estimation {
       rendered.push_back({shifts_[k], rect, Crop(reference, within), BytesOf(shifted_[k])});
     }
     std::vector<ScalarImage> found(shifts_.size());
-    ParallelTasks(int64_t(found.size()), [&](size_t k) {
+    const auto match = [&](size_t k) {
       monitor_.ThrowIfCancelled();
       found[k] = MatchPair(matcher, rendered[k], view_.camera.width, view_.camera.height,
-                           search_.range, options_.left_right_tolerance);
-    });
+                           search_.range, options_.left_right_tolerance, monitor_);
+    };
+    if (options_.matcher == StereoMatcherKind::kNetwork) {
+      for (size_t k = 0; k < found.size(); ++k) match(k);  // it has threads of its own
+    } else {
+      ParallelTasks(int64_t(found.size()), match);
+    }
+    matched_by_ = matcher.Identity();
     Advance(double(found.size()));
     std::vector<Buffer<float>> pairs;
     for (const ScalarImage& map : found) {
@@ -318,7 +325,7 @@ class Estimation {
     estimate_.valid_fraction =
         double(std::count(valid.begin(), valid.end(), 255)) / double(pixels_);
     estimate_.method = "stereo-hv";
-    estimate_.reason = StereoReason(shifts_.size(), search_, estimate_.valid_fraction);
+    estimate_.reason = StereoReason(shifts_.size(), search_, estimate_.valid_fraction, matched_by_);
     if (!estimate_.warning.empty()) estimate_.reason += "; " + estimate_.warning;
     done_ = steps_;
     Advance();
@@ -344,6 +351,7 @@ class Estimation {
   std::unique_ptr<Arrival> valid_;   // the same, on its way
   std::vector<Plate> shifted_;
   Plate reference_;
+  std::string matched_by_;  // the identity of a network
   DepthEstimate estimate_;
 };
 
@@ -377,6 +385,7 @@ StereoHvEstimator::StereoHvEstimator(Renderer& renderer, const StereoHvOptions& 
       census_(options.matcher == StereoMatcherKind::kCensus && !matcher),
       matcher_(std::move(matcher)) {
   options_.Check();
+  if (!matcher_ && options_.matcher == StereoMatcherKind::kNetwork) matcher_ = NetworkOf(options_);
   if (!matcher_) matcher_ = MakeSgbmMatcher(options_.sgbm);
 }
 

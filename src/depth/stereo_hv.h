@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Stereo-HV: depth of a view from rendered stereo pairs. The camera is moved by a baseline beta
 // along its own x and y axes, which gives exactly rectified pairs; a matcher finds the disparity s
-// and d = f beta / s (ReCoGS, STAG 2025). Pairs are matched by census (kernels/stereo_ops.h) or by
-// OpenCV's StereoSGBM. All stages but the latter are operations of the renderer's backend, in its
-// memory.
+// and d = f beta / s (ReCoGS, STAG 2025). Pairs are matched by census (kernels/stereo_ops.h), by
+// OpenCV's StereoSGBM or by a network. All stages but the latter two are operations of the
+// renderer's backend, in its memory.
 #pragma once
 
 #include <memory>
@@ -23,9 +23,10 @@ enum class StereoAggregate {
 };
 
 enum class StereoMatcherKind {
-  kCensus,  // semi-global matching of census transforms, on the backend; where more than
-            // kMaxStereoCount disparities are searched, kSgbm, with a warning
-  kSgbm,    // OpenCV's StereoSGBM, on the host whatever the backend
+  kCensus,   // semi-global matching of census transforms, on the backend; where more than
+             // kMaxStereoCount disparities are searched, kSgbm, with a warning
+  kSgbm,     // OpenCV's StereoSGBM, on the host whatever the backend
+  kNetwork,  // the user's own (depth/network_matcher.h)
 };
 
 struct StereoHvOptions {
@@ -42,6 +43,9 @@ struct StereoHvOptions {
   bool subpixel = true;  // sub-pixel refinement against all shifted views at once
   StereoMatcherKind matcher = StereoMatcherKind::kCensus;
   SgbmOptions sgbm;  // of OpenCV's matcher
+  // Of kNetwork; null: that of RETINT_MATCHER. It belongs to the machine and may run a program, so
+  // that it is no option of the edit: no file of ours names it.
+  std::shared_ptr<const StereoMatcher> network;
   void Describe(OptionList& list);
   void Check() const;
 };
@@ -83,7 +87,7 @@ class StereoHvEstimator : public DepthEstimator {
   Renderer& renderer_;
   StereoHvOptions options_;
   bool census_;
-  std::unique_ptr<StereoMatcher> matcher_;  // where census is not asked for, or not possible
+  std::shared_ptr<const StereoMatcher> matcher_;  // where census is not asked for, or not possible
 };
 
 }  // namespace retint

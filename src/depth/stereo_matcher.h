@@ -4,7 +4,9 @@
 
 #include <limits>
 #include <memory>
+#include <string>
 
+#include "base/monitor.h"
 #include "base/option.h"
 #include "scene/image.h"
 
@@ -26,9 +28,12 @@ class StereoMatcher {
   virtual ~StereoMatcher() = default;
   // Disparity of `left` against `right`, two images of one size whose rows correspond. A pixel can
   // be matched only when x >= lowest + count - 1: pad on the left by that much to match them all.
-  // Called from several threads at once.
-  virtual StereoMatch Match(const Image8& left, const Image8& right,
-                            const DisparityRange& range) const = 0;
+  // Called from several threads at once, a network from one. What takes long ends when the
+  // monitor is cancelled.
+  virtual StereoMatch Match(const Image8& left, const Image8& right, const DisparityRange& range,
+                            const Monitor& monitor) const = 0;
+  // Of a matcher that the user brings, which results then depend on: what it is, to the version.
+  virtual std::string Identity() const { return {}; }
   // Larger ones it does not find.
   virtual int MostDisparity() const { return std::numeric_limits<int>::max(); }
 };

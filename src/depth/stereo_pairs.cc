@@ -3,8 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <vector>
+
+#include <fmt/format.h>
 
 #include "kernels/common/stereo_match.h"
 
@@ -110,25 +111,26 @@ std::vector<Shift> ShiftsOf(const StereoHvOptions& options) {
   return {Shift::kRight, Shift::kDown, Shift::kLeft, Shift::kUp};
 }
 
-std::string StereoReason(size_t num_pairs, const StereoSearch& search, double valid_fraction) {
-  char reason[160];
-  std::snprintf(reason, sizeof(reason),
-                "%zu rendered pairs, baseline %.4g, disparities %d to %d, %.1f %% of the pixels "
-                "measured, the rest from the Gaussians",
-                num_pairs, search.baseline, search.range.lowest,
-                search.range.lowest + search.range.count - 1, 100 * valid_fraction);
-  return reason;
+std::string StereoReason(size_t num_pairs, const StereoSearch& search, double valid_fraction,
+                         const std::string& matcher) {
+  return fmt::format(
+      "{} rendered pairs{}, baseline {:.4g}, disparities {} to {}, {:.1f} % of the pixels "
+      "measured, "
+      "the rest from the Gaussians",
+      num_pairs, matcher.empty() ? "" : " matched by " + matcher, search.baseline,
+      search.range.lowest, search.range.lowest + search.range.count - 1, 100 * valid_fraction);
 }
 
 ScalarImage MatchPair(const StereoMatcher& matcher, const RenderedPair& pair, int width, int height,
-                      const DisparityRange& range, double tolerance) {
+                      const DisparityRange& range, double tolerance, const Monitor& monitor) {
   const Image8 left = ToMatcher(pair.reference, pair.shift);
   const Image8 right = ToMatcher(pair.shifted, pair.shift);
-  const ScalarImage forward = matcher.Match(left, right, range).disparity;
+  const ScalarImage forward = matcher.Match(left, right, range, monitor).disparity;
   // The other way the unmatched columns are on the other side: pad there.
   const int padding = range.lowest + range.count;
   const ScalarImage backward =
-      matcher.Match(MirrorAndPad(right, padding), MirrorAndPad(left, padding), range).disparity;
+      matcher.Match(MirrorAndPad(right, padding), MirrorAndPad(left, padding), range, monitor)
+          .disparity;
 
   const MatcherAxes axes = AxesOf(pair.reference, pair.shift);
   ScalarImage disparity(width, height, -1.0f);

@@ -32,7 +32,8 @@ GridRect PairRect(const Camera& camera, Shift shift, int padding);
 GridRect Union(const GridRect& a, const GridRect& b);
 // The pairs of a view, and their part of DepthEstimate.
 std::vector<Shift> ShiftsOf(const StereoHvOptions& options);
-std::string StereoReason(size_t num_pairs, const StereoSearch& search, double valid_fraction);
+std::string StereoReason(size_t num_pairs, const StereoSearch& search, double valid_fraction,
+                         const std::string& matcher);
 
 // A pair to match: both images show `rect` of the image plane of a [height, width] view.
 struct RenderedPair {
@@ -44,7 +45,7 @@ struct RenderedPair {
 // The disparity [height, width] of the reference; negative where not found or not confirmed by
 // matching the other way within `tolerance` pixels.
 ScalarImage MatchPair(const StereoMatcher& matcher, const RenderedPair& pair, int width, int height,
-                      const DisparityRange& range, double tolerance);
+                      const DisparityRange& range, double tolerance, const Monitor& monitor);
 
 // Rounds the range up to a length that the census matcher takes; false where it is too long.
 bool FitCensus(DisparityRange& range);

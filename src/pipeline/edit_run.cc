@@ -227,6 +227,7 @@ void EditRun::AddKeys() {
     StageKey select("select"), project("project");
     select.Add(scene);
     select.Add(OptionKey(Described(plan.region->options.select)));
+    AddNetwork(select, plan.region->options.select);
     for (const PaintedView& view : plan.selection.source.painted) {
       AddMasks(select, {{view.name, view.mask}});
     }

@@ -2,6 +2,7 @@
 #include "pipeline/stage_keys.h"
 
 #include "base/run_clock.h"
+#include "depth/network_matcher.h"
 #include "editing/compare_pictures.h"
 
 namespace retint {
@@ -50,6 +51,12 @@ void AddMasks(StageKey& key, const std::map<std::string, Mask>& masks) {
     key.AddValue(mask.width);
     key.Add({reinterpret_cast<const char*>(mask.data.data()), mask.data.size()});
   }
+}
+
+void AddNetwork(StageKey& key, const SelectOptions& options) {
+  const StereoHvOptions& stereo = options.depth.stereo_hv;
+  const bool matches = stereo.matcher == StereoMatcherKind::kNetwork;
+  if (matches && options.depth_method == "stereo-hv") key.Add(NetworkOf(stereo)->Identity());
 }
 
 void AddFile(StageKey& key, const fs::path& file) { AddSum(key, ChecksumFile(file)); }

@@ -11,6 +11,7 @@
 #include "opening/open_scene.h"
 #include "recolor/color_edit.h"
 #include "scene/image.h"
+#include "selecting/select_options.h"
 
 namespace retint {
 
@@ -19,6 +20,8 @@ std::string SceneKey(const OpenScene& scene);
 
 // InputError for a file that cannot be read.
 void AddMasks(StageKey& key, const std::map<std::string, Mask>& masks);
+// The network that matches, if one does. Of a program, no more than its command is known.
+void AddNetwork(StageKey& key, const SelectOptions& options);
 void AddFile(StageKey& key, const std::filesystem::path& file);
 // The files that the edit compares with views of the workspace.
 void AddPictures(StageKey& key, const ColorEdit& edit, const Workspace& workspace);

@@ -50,7 +50,7 @@ TEST(Middlebury, SgbmFindsMotorcyclesDisparities) {
   const Image8 right = ReadImage8(DataPath("stereo/motorcycle_right.png"));
   const std::vector<float> truth = ReadNpz(DataPath("stereo/motorcycle_disp.npz"));
   ASSERT_EQ(truth.size(), left.NumPixels());
-  const ScalarImage found = MakeSgbmMatcher()->Match(left, right, {0, 80}).disparity;
+  const ScalarImage found = MakeSgbmMatcher()->Match(left, right, {0, 80}, Monitor()).disparity;
   std::vector<double> errors;
   size_t known = 0, bad = 0;
   for (size_t i = 0; i < truth.size(); ++i) {

@@ -27,7 +27,8 @@ PosedCamera View() { return {Camera::Pinhole(1, 240, 180, 200, 210, 118.5, 93.25
 class FixedMatcher : public StereoMatcher {
  public:
   explicit FixedMatcher(float disparity) : disparity_(disparity) {}
-  StereoMatch Match(const Image8& left, const Image8&, const DisparityRange&) const override {
+  StereoMatch Match(const Image8& left, const Image8&, const DisparityRange&,
+                    const Monitor&) const override {
     return {ScalarImage(left.width, left.height, disparity_)};
   }
 

@@ -124,7 +124,7 @@ ScalarImage Match(const Pair& pair, Shift shift, StereoMatcherKind kind) {
   }
   return MatchPair(*MakeSgbmMatcher(),
                    {shift, pair.rect, ToBytes(pair.reference), ToBytes(pair.shifted)}, kWidth,
-                   kHeight, range, 1);
+                   kHeight, range, 1, Monitor());
 }
 
 struct Errors {
@@ -208,7 +208,8 @@ TEST(StereoPairs, CensusTakesRangesOfWholeSteps) {
 class FixedMatcher : public StereoMatcher {
  public:
   FixedMatcher(float forward, float backward) : forward_(forward), backward_(backward) {}
-  StereoMatch Match(const Image8& left, const Image8&, const DisparityRange&) const override {
+  StereoMatch Match(const Image8& left, const Image8&, const DisparityRange&,
+                    const Monitor&) const override {
     const bool padded = left.width > kWidth;  // as the mirrored pair is
     return {ScalarImage(left.width, left.height, padded ? backward_ : forward_)};
   }
@@ -222,7 +223,7 @@ TEST(StereoPairs, LeftRightCheckDropsWhatTheOtherWayDenies) {
   const auto match = [&](float forward, float backward) {
     return MatchPair(FixedMatcher(forward, backward),
                      {Shift::kRight, {0, 0, kWidth, kHeight}, image, image}, kWidth, kHeight,
-                     {0, kPadding}, 1);
+                     {0, kPadding}, 1, Monitor());
   };
   EXPECT_EQ(match(10, 10.5f)(50, 50), 10);
   EXPECT_LT(match(10, 12)(50, 50), 0);
@@ -232,11 +233,12 @@ TEST(StereoPairs, LeftRightCheckDropsWhatTheOtherWayDenies) {
 
 TEST(StereoPairs, MatchersRefuseWhatIsNotAPair) {
   const auto matcher = MakeSgbmMatcher();
-  EXPECT_THROW(matcher->Match(Image8(40, 30), Image8(41, 30), {0, 16}), OptionError);
-  EXPECT_THROW(matcher->Match(Image8(40, 30), Image8(40, 30), {0, 20}), OptionError);
-  EXPECT_THROW(matcher->Match(Image8(40, 30), Image8(40, 30), {-1, 16}), OptionError);
+  const Monitor monitor;
+  EXPECT_THROW(matcher->Match(Image8(40, 30), Image8(41, 30), {0, 16}, monitor), OptionError);
+  EXPECT_THROW(matcher->Match(Image8(40, 30), Image8(40, 30), {0, 20}, monitor), OptionError);
+  EXPECT_THROW(matcher->Match(Image8(40, 30), Image8(40, 30), {-1, 16}, monitor), OptionError);
   // Narrower than the search range: nothing can be matched, and nothing breaks.
-  const auto narrow = matcher->Match(Image8(12, 30), Image8(12, 30), {0, 16});
+  const auto narrow = matcher->Match(Image8(12, 30), Image8(12, 30), {0, 16}, monitor);
   EXPECT_TRUE(std::all_of(narrow.disparity.data.begin(), narrow.disparity.data.end(),
                           [](float s) { return s < 0; }));
 }

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "matcher.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "arrays.h"
+#include "base/error.h"
+#include "depth/network_matcher.h"
+
+namespace retint::python {
+namespace {
+
+class FunctionMatcher : public StereoMatcher {
+ public:
+  // With the lock of Python, as all that handles its objects.
+  explicit FunctionMatcher(py::object function)
+      : function_(std::move(function)),
+        name_("matcher " + py::repr(function_).cast<std::string>()) {}
+  ~FunctionMatcher() override {
+    const py::gil_scoped_acquire locked;
+    function_ = {};
+  }
+
+  StereoMatch Match(const Image8& left, const Image8& right, const DisparityRange&,
+                    const Monitor&) const override {
+    const py::gil_scoped_acquire locked;
+    const py::object answer = function_(FromPixels(Image8(left)), FromPixels(Image8(right)));
+    const auto array = Floats::ensure(answer);
+    if (!array) {
+      PyErr_Clear();
+      throw OptionError(name_ + " returned no array of numbers");
+    }
+    RequireShape(array, {left.height, left.width}, "the disparity that matcher returned");
+    StereoMatch match;
+    match.disparity = ScalarImage::Of(left.width, left.height, array.data());
+    for (float& s : match.disparity.data) {
+      if (!std::isfinite(s) || s <= 0) s = -1;
+    }
+    return match;
+  }
+
+  std::string Identity() const override { return name_; }
+
+ private:
+  py::object function_;
+  const std::string name_;
+};
+
+}  // namespace
+
+void TakeMatcher(py::kwargs& keywords, StereoHvOptions& options) {
+  if (keywords.contains("onnx_runtime")) {
+    const std::string path = ToPath(keywords.attr("pop")("onnx_runtime")).string();
+    setenv("RETINT_ONNX_RUNTIME", path.c_str(), 1);
+  }
+  if (!keywords.contains("matcher")) return;
+  const py::object matcher = keywords["matcher"];
+  if (py::isinstance<py::str>(matcher)) {
+    const auto name = matcher.cast<std::string>();
+    if (name.find(':') == std::string::npos) return;  // the option's own values
+    options.network = MakeNetworkMatcher(name);
+  } else {
+    CheckOption(PyCallable_Check(matcher.ptr()) != 0,
+                "matcher is 'census', 'sgbm', 'onnx:FILE', 'exec:COMMAND' or a function of two "
+                "images [H, W, 3]");
+    options.network = std::make_shared<FunctionMatcher>(matcher);
+  }
+  keywords["matcher"] = "network";
+}
+
+}  // namespace retint::python

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Matching by a network that the user brings: a file for ONNX Runtime, or any program.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "depth/stereo_hv.h"
+#include "depth/stereo_matcher.h"
+
+namespace retint {
+
+// `name`: "onnx:FILE[,key=value...]" or "exec:COMMAND". Two calls with the same name return the
+// same matcher, which loads its network, or starts its program, once and when it first matches.
+// OptionError for a bad name. Matching throws InputError for a network of no use,
+// RunError for a program that fails.
+//
+// A network of a file may take
+// - two images [1, C, H, W], or one [1, 2C, H, W], or four, of which two have half the size;
+// - C = 3 (RGB) or 1 (gray), as floats, half floats or bytes;
+// - any size, or a fixed one. For any, the pair is padded on the right and below by repeating its
+//   border, up to a multiple of 32, and the result cropped; for a fixed one it is scaled.
+// Its output has the size of its input: the one with "disp" in its name, else the last.
+// Keys: values=255|1|signed|half|imagenet (of the input: 0 to 255, 0 to 1, -1 to 1, -0.5 to 0.5, or
+// normalized as for ImageNet), scale=FACTOR (of the output, to pixels; below 0 turns its sign),
+// pad=N, provider=cpu (leave CUDA alone). Without values and scale, both are found by matching a
+// test pair, a texture and the same shifted by 8 pixels.
+//
+// A program reads a line "LEFT<tab>RIGHT<tab>OUTPUT" on its stdin: two PNG files, and a path
+// without an extension. It writes the disparity to OUTPUT.npy, OUTPUT.pfm or OUTPUT.png and answers
+// "ok" (network/program.h).
+std::shared_ptr<const StereoMatcher> MakeNetworkMatcher(const std::string& name);
+
+// The network of the options, else that of the environment variable RETINT_MATCHER. OptionError if
+// there is neither.
+std::shared_ptr<const StereoMatcher> NetworkOf(const StereoHvOptions& options);
+
+}  // namespace retint
