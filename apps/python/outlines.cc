@@ -78,7 +78,8 @@ Mask MakeMask(PySession& self, const std::string& view, const py::object& inside
               const py::object& outside, double brush, const py::object& mask,
               const py::object& wand, const py::object& scissors, const py::object& sphere,
               const py::object& box, const py::object& like, int snap_edge, bool this_view_alone,
-              const std::string& image, const std::string& pixels, py::object progress) {
+              const std::string& image, const std::string& pixels, const std::string& network,
+              py::object progress) {
   CheckOption(image == "render" || image == "photo", "image is 'render' or 'photo'");
   CheckOption(pixels == "pinhole" || pixels == "photo", "pixels is 'pinhole' or 'photo'");
   CheckOption(snap_edge >= 0 && snap_edge <= 200, "snap_edge is 0 to 200 pixels");
@@ -91,6 +92,7 @@ Mask MakeMask(PySession& self, const std::string& view, const py::object& inside
   request.snap_edge = snap_edge;
   request.this_view_alone = this_view_alone;
   if (!mask.is_none()) request.mask = ToMask(mask, picture.width, picture.height);
+  if (!network.empty()) request.network = MakeMaskNetwork(network);
   request.inside = Strokes(self, inside, brush, picture, true);
   request.outside = Strokes(self, outside, brush, picture, false);
   if (!wand.is_none()) {
@@ -160,22 +162,26 @@ void BindOutlines(py::class_<PySession>& type) {
              const py::object& outside, double brush, const py::object& mask,
              const py::object& wand, const py::object& scissors, const py::object& sphere,
              const py::object& box, const py::object& like, int snap_edge, bool this_view_alone,
-             const std::string& image, const std::string& pixels, py::object progress) {
+             const std::string& image, const std::string& pixels, const std::string& network,
+             py::object progress) {
             return FromPixels(MakeMask(self, view, inside, outside, brush, mask, wand, scissors,
                                        sphere, box, like, snap_edge, this_view_alone, image, pixels,
-                                       std::move(progress)));
+                                       network, std::move(progress)));
           },
           py::arg("view"), py::kw_only(), py::arg("inside") = none, py::arg("outside") = none,
           py::arg("brush") = 6.0, py::arg("mask") = none, py::arg("wand") = none,
           py::arg("scissors") = none, py::arg("sphere") = none, py::arg("box") = none,
           py::arg("like") = none, py::arg("snap_edge") = 0, py::arg("this_view_alone") = false,
-          py::arg("image") = "render", py::arg("pixels") = "pinhole", py::arg("progress") = none,
+          py::arg("image") = "render", py::arg("pixels") = "pinhole", py::arg("network") = "",
+          py::arg("progress") = none,
           "Selects an object in one view, as `retint mask` does. Returns a soft mask, [H, W] "
           "uint8.\n"
           "\n"
           "One of these selects:\n"
           "- `inside`, `outside`: strokes on and beside the object, each a mask or a list of "
           "lines [n, 2] in pixels that are `brush` pixels wide\n"
+          "- `network`: 'onnx:FILE' or 'exec:COMMAND', your own network's outline, which strokes "
+          "correct\n"
           "- `mask`: an array or a path\n"
           "- `wand`: (x, y[, color[, depth[, normal]]]), a pixel and tolerances\n"
           "- `scissors`: anchors [n, 2] along the outline, in pixels\n"

@@ -29,7 +29,7 @@ struct Arguments {
   std::string view, image = "render";
   std::filesystem::path mask, output;
   std::vector<std::string> inside, outside;
-  std::string wand, scissors, sphere, box, like;
+  std::string network, wand, scissors, sphere, box, like;
   double brush = 6;
   int snap = 0;
   bool alone = false;
@@ -153,6 +153,7 @@ ViewMaskRequest ToRequest(const Arguments& arguments, const Pictures& pictures,
   request.photo = arguments.image == "photo";
   request.snap_edge = arguments.snap;
   request.this_view_alone = arguments.alone;
+  if (!arguments.network.empty()) request.network = MakeMaskNetwork(arguments.network);
   const StrokeFlag inside{kInside, arguments.inside, arguments.brush};
   const StrokeFlag outside{kOutside, arguments.outside, arguments.brush};
   if (!arguments.mask.empty()) {
@@ -200,17 +201,18 @@ ViewMaskRequest ToRequest(const Arguments& arguments, const Pictures& pictures,
 }
 
 void CheckArguments(const Arguments& arguments) {
-  const int sources = !arguments.mask.empty() + !arguments.inside.empty() +
-                      !arguments.wand.empty() + !arguments.scissors.empty();
+  const bool outlined = !arguments.network.empty() || !arguments.inside.empty();
+  const int sources =
+      !arguments.mask.empty() + outlined + !arguments.wand.empty() + !arguments.scissors.empty();
   const bool limited =
       !arguments.sphere.empty() || !arguments.box.empty() || !arguments.like.empty();
-  CheckOption(sources <= 1, "give one of --mask, --scribble, --wand and --scissors");
+  CheckOption(sources <= 1, "give one of --mask, --scribble, --network, --wand and --scissors");
   CheckOption(sources == 1 || limited,
-              "there is nothing to select by: give --mask, --scribble, --wand, --scissors, "
-              "--sphere, --box or --like");
-  CheckOption(arguments.outside.empty() || !arguments.inside.empty(),
-              "--scribble-outside needs --scribble");
-  CheckOption(!arguments.alone || !arguments.inside.empty(), "--this-view-alone needs --scribble");
+              "there is nothing to select by: give --mask, --scribble, --network, --wand, "
+              "--scissors, --sphere, --box or --like");
+  CheckOption(arguments.outside.empty() || outlined,
+              "--scribble-outside needs --scribble or --network");
+  CheckOption(!arguments.alone || outlined, "--this-view-alone needs --scribble or --network");
   CheckPicture(arguments.output);
 }
 
@@ -249,6 +251,7 @@ void MakeMask(const Arguments& arguments, Run& run) {
     run.Warn(
         fmt::format("the wand took {} of the view's pixels: larger tolerances take more", inside));
   }
+  if (request.network) run.Print("outlined by " + request.network->Identity());
   run.Print(fmt::format("wrote a mask of {:.2f} % of view {} to {}",
                         100.0 * double(inside) / double(mask.NumPixels()), view.name,
                         arguments.output.string()));
@@ -259,9 +262,10 @@ void MakeMask(const Arguments& arguments, Run& run) {
 
 void AddMask(CLI::App& app, Globals& globals, Action& action) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* verb = AddVerb(app, globals, "mask",
-                           "Make the mask of a view from strokes, a wand, scissors, a solid or a "
-                           "color");
+  CLI::App* verb =
+      AddVerb(app, globals, "mask",
+              "Make the mask of a view from strokes, a network, a wand, scissors, a solid "
+              "or a color");
   AddScene(verb, globals, arguments->scene);
   verb->add_option("--view", arguments->view, "Name of the view")->required()->type_name("NAME");
   AddPath(verb, "-o,--output", arguments->output,
@@ -280,7 +284,15 @@ void AddMask(CLI::App& app, Globals& globals, Action& action) {
                              "Strokes on the background. Without any, the view's edge is outside")
                      ->type_name("FILE|POINTS")
                      ->group(kOne));
-  verb->add_flag("--this-view-alone", arguments->alone, "With strokes: do not look at other views")
+  Everyday(verb, verb->add_option("--network", arguments->network,
+                                  "The object that your own network outlines: onnx:FILE (such as "
+                                  "ISNet) or exec:COMMAND (a program, which sees the strokes too). "
+                                  "Strokes correct it")
+                     ->type_name("NAME")
+                     ->group(kOne));
+  AddOnnxRuntime(verb, kOne);
+  verb->add_flag("--this-view-alone", arguments->alone,
+                 "With strokes or a network: do not look at other views")
       ->group(kOne);
   verb->add_option("--brush", arguments->brush, "Width of strokes that are points, pixels")
       ->check(CLI::Range(0.1, 10000.0))

@@ -10,6 +10,7 @@
 #include "scene/image_checks.h"
 #include "scene/mask_pixels.h"
 #include "scene/photo_rays.h"
+#include "selecting/network_mask.h"
 #include "selection/mask_tools/scissors.h"
 #include "selection/mask_tools/scribbles.h"
 #include "selection/view_depth.h"
@@ -18,13 +19,12 @@ namespace retint {
 namespace {
 
 Mask Scribbled(SelectionPipeline& selection, const UserPicture& picture,
-               const ViewMaskRequest& request, const ViewLayers& layers, Monitor& monitor,
-               std::optional<SceneAnswer>* asked) {
-  if (request.this_view_alone) {
-    return MaskFromScribbles(layers, request.inside, request.outside, monitor);
-  }
+               const ViewMaskRequest& request, const Strokes& strokes, const ViewLayers& layers,
+               Monitor& monitor, std::optional<SceneAnswer>* asked) {
+  const auto& [inside, outside] = strokes;
+  if (request.this_view_alone) return MaskFromScribbles(layers, inside, outside, monitor);
   Mask undecided;
-  Mask mask = MaskFromScribbles(layers, request.inside, request.outside, monitor, &undecided);
+  Mask mask = MaskFromScribbles(layers, inside, outside, monitor, &undecided);
   const bool any = std::any_of(undecided.data.begin(), undecided.data.end(),
                                [](uint8_t value) { return value > 0; });
   if (!any) return mask;
@@ -32,8 +32,8 @@ Mask Scribbled(SelectionPipeline& selection, const UserPicture& picture,
   if (answer && answer->may_stand) mask = answer->mask;
   if (asked) *asked = std::move(answer);
   for (size_t p = 0; p < mask.data.size(); ++p) {  // strokes are proof
-    if (IsInside(request.inside.data[p])) mask.data[p] = 255;
-    if (!request.outside.Empty() && IsInside(request.outside.data[p])) mask.data[p] = 0;
+    if (IsInside(inside.data[p])) mask.data[p] = 255;
+    if (!outside.Empty() && IsInside(outside.data[p])) mask.data[p] = 0;
   }
   return mask;
 }
@@ -42,8 +42,11 @@ Mask Selected(SelectionPipeline& selection, const UserPicture& picture,
               const ViewMaskRequest& request, const ViewLayers& layers, Monitor& monitor,
               std::optional<SceneAnswer>* asked) {
   if (!request.mask.Empty()) return request.mask;
-  if (!request.inside.Empty())
-    return Scribbled(selection, picture, request, layers, monitor, asked);
+  if (request.network || !request.inside.Empty()) {
+    Strokes strokes{request.inside, request.outside};
+    if (request.network) strokes = StrokesOf(*request.network, layers.color, strokes, monitor);
+    return Scribbled(selection, picture, request, strokes, layers, monitor, asked);
+  }
   if (request.wand) return MagicWand(layers, *request.wand);
   if (!request.scissors.empty()) return CutOut(layers.color, request.scissors);
   return {layers.color.width, layers.color.height, 255};
@@ -64,12 +67,15 @@ Mask Kept(const ViewMaskRequest& request, const ViewLayers& layers, Mask mask) {
 }  // namespace
 
 void ViewMaskRequest::Check() const {
-  const int selecting = !mask.Empty() + !inside.Empty() + wand.has_value() + int(!scissors.empty());
-  CheckOption(selecting <= 1, "select by one of a mask, strokes, a wand and scissors, not by more");
+  const bool outlined = network || !inside.Empty();
+  const int selecting = !mask.Empty() + outlined + wand.has_value() + int(!scissors.empty());
+  CheckOption(selecting <= 1,
+              "select by one of a mask, strokes, a network, a wand and scissors, not by more");
   CheckOption(selecting == 1 || sphere || box || like,
-              "there is nothing to select by: neither a mask, strokes, a wand nor scissors, nor a "
+              "there is nothing to select by: neither a mask, strokes, a network, a wand nor "
+              "scissors, nor a "
               "sphere, a box or a color");
-  CheckOption(outside.Empty() || !inside.Empty(), "strokes outside need strokes inside");
+  CheckOption(outside.Empty() || outlined, "strokes outside need strokes inside");
 }
 
 ViewLayers LayersOf(OpenScene& scene, const UserPicture& picture, std::span<const float> sh,

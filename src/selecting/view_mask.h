@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -11,6 +12,7 @@
 #include <Eigen/Core>
 
 #include "base/monitor.h"
+#include "network/mask_network.h"
 #include "scene/image.h"
 #include "selecting/scene_answer.h"
 #include "selecting/selection_pipeline.h"
@@ -35,6 +37,8 @@ struct ViewMaskRequest {
   // picture's size.
   Mask mask;
   Mask inside, outside;  // strokes; `outside` may be empty
+  // Its outline is completed as strokes are; with it, both kinds of strokes may be empty.
+  std::shared_ptr<const MaskNetwork> network;
   std::optional<WandOptions> wand;
   std::vector<Eigen::Vector2i> scissors;  // pixels
   // The limits of it.
@@ -49,7 +53,7 @@ struct ViewMaskRequest {
   bool photo = false;  // edges and colors are read in the photo, not in the render
 
   // OptionError when more than one thing selects, nothing selects or limits, or there are strokes
-  // outside and none inside.
+  // outside and neither strokes inside nor a network.
   void Check() const;
 };
 

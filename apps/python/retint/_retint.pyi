@@ -15,7 +15,8 @@ Progress = Optional[Callable[[str, float], object]]
 Viewpoint = Union[str, "View", "Camera"]
 MaskLike = Union[ArrayLike, PathLike]
 Strokes = Union[MaskLike, List[ArrayLike]]  # a mask, or lines [n, 2] in pixels
-OptionValue = Union[bool, int, float, str, Mapping[str, Union[bool, int, float, str]]]
+Matcher = Callable[[NDArray[np.uint8], NDArray[np.uint8]], ArrayLike]
+OptionValue = Union[bool, int, float, str, Matcher, Mapping[str, Union[bool, int, float, str]]]
 OperationValue = Union[bool, float, str, Sequence[float], Mapping[str, Any], None]
 Color = Tuple[float, float, float]
 
@@ -222,7 +223,8 @@ class Session:
              scissors: Optional[ArrayLike] = None, sphere: Optional[Sequence[float]] = None,
              box: Optional[Sequence[float]] = None, like: Optional[Sequence[float]] = None,
              snap_edge: int = 0, this_view_alone: bool = False, image: str = "render",
-             pixels: str = "pinhole", progress: Progress = None) -> NDArray[np.uint8]: ...
+             pixels: str = "pinhole", network: str = "",
+             progress: Progress = None) -> NDArray[np.uint8]: ...
     def palette(self, of: Union[Masks, Painted, Sequence[Painted]],
                 colors: int = 5) -> List[Dict[str, Any]]: ...
     def select(self, painted: Union[Painted, Sequence[Painted]], *, progress: Progress = None,

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "selecting/network_mask.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
+#include "kernels/common/quantize.h"
+#include "scene/image_checks.h"
+#include "scene/mask_pixels.h"
+
+namespace retint {
+namespace {
+
+constexpr double kDoubt = 0.01;  // of the longer side
+
+// Green inside, red outside; empty without strokes.
+Image8 Picture(const Strokes& drawn) {
+  const Mask& any = drawn.inside.Empty() ? drawn.outside : drawn.inside;
+  Image8 picture(any.width, any.height);
+  for (size_t p = 0; p < any.data.size(); ++p) {
+    if (!drawn.outside.Empty() && IsInside(drawn.outside.data[p])) picture.data[3 * p] = 255;
+    if (!drawn.inside.Empty() && IsInside(drawn.inside.data[p])) picture.data[3 * p + 1] = 255;
+  }
+  return picture;
+}
+
+// A row or column of `count` pixels, `step` apart: 0 also within `radius` of a 0. Beyond the ends
+// it goes on as it is.
+void ShrinkLine(uint8_t* line, int count, size_t step, int radius) {
+  int last = -radius - 1;  // the last 0
+  std::vector<uint8_t> out(static_cast<size_t>(count), 255);
+  for (const bool back : {false, true}) {
+    last = -radius - 1;
+    for (int i = 0; i < count; ++i) {
+      const int at = back ? count - 1 - i : i;
+      if (line[size_t(at) * step] == 0) last = i;
+      if (i - last <= radius) out[size_t(at)] = 0;
+    }
+  }
+  for (int i = 0; i < count; ++i) line[size_t(i) * step] = out[size_t(i)];
+}
+
+// By a square of 2 * radius + 1 pixels.
+Mask Shrunk(Mask mask, int radius) {
+  for (int y = 0; y < mask.height; ++y) ShrinkLine(&mask(0, y), mask.width, 1, radius);
+  for (int x = 0; x < mask.width; ++x) {
+    ShrinkLine(&mask(x, 0), mask.height, size_t(mask.width), radius);
+  }
+  return mask;
+}
+
+// `mask` with what is drawn, and without what `other` has.
+void Draw(const Mask& drawn, const Mask& other, Mask* mask) {
+  for (size_t p = 0; p < mask->data.size(); ++p) {
+    if (!drawn.Empty() && IsInside(drawn.data[p])) mask->data[p] = 255;
+    if (!other.Empty() && IsInside(other.data[p])) mask->data[p] = 0;
+  }
+}
+
+}  // namespace
+
+Strokes StrokesOf(const MaskNetwork& network, const Image& color, const Strokes& drawn,
+                  Monitor& monitor) {
+  Image8 bytes(color.width, color.height);
+  std::transform(color.data.begin(), color.data.end(), bytes.data.begin(), ColorToByte);
+  const ScalarImage sure = network.Outline(bytes, Picture(drawn), monitor);
+  Strokes strokes{Mask(color.width, color.height), Mask(color.width, color.height)};
+  for (size_t p = 0; p < sure.data.size(); ++p) {
+    (sure.data[p] >= 0.5f ? strokes.inside : strokes.outside).data[p] = 255;
+  }
+  Draw(drawn.inside, drawn.outside, &strokes.inside);
+  Draw(drawn.outside, drawn.inside, &strokes.outside);
+  for (const Mask* part : {&strokes.inside, &strokes.outside}) {
+    if (AnySet(*part)) continue;
+    throw InputError(network.Identity() + ": finds no object in the picture" +
+                     (part == &strokes.inside ? "" : ", for all of it is inside"));
+  }
+  const int radius = std::max(2, int(kDoubt * std::max(color.width, color.height)));
+  for (Mask* part : {&strokes.inside, &strokes.outside}) {
+    Mask core = Shrunk(*part, radius);
+    if (AnySet(core)) *part = std::move(core);  // what is thin is taken whole
+  }
+  Draw(drawn.inside, drawn.outside, &strokes.inside);
+  Draw(drawn.outside, drawn.inside, &strokes.outside);
+  return strokes;
+}
+
+}  // namespace retint

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Networks of the user's own: functions, programs, and the examples with stand-ins for what they import."""
+
+import pathlib
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import retint
+from conftest import run_retint
+
+EXAMPLES = pathlib.Path(__file__).parents[2] / "apps" / "examples"
+
+
+@pytest.fixture
+def session(scene):
+    return retint.Session(scene.folder, scene.splat, backend="cpu")
+
+
+def test_a_function_matches(session, scene):
+    seen = []
+
+    def match(left, right):
+        assert left.dtype == np.uint8 and left.shape == right.shape and left.shape[2] == 3
+        seen.append(left.shape)
+        return np.full(left.shape[:2], 8.0)
+
+    depth = session.depth(scene.view, matcher=match, arbitrate=False, subpixel=False)
+    assert len(seen) == 8, "four pairs, both ways"
+    assert "matched by matcher <function" in depth.reason
+    # One disparity everywhere is one depth, wherever both ways agree: the middle of the view.
+    middle = depth.depth[40:80, 60:100]
+    assert np.ptp(middle) < 1e-3 * middle.mean()
+
+
+def test_what_a_function_gets_wrong_is_said(session, scene):
+    with pytest.raises(retint.OptionError, match="the disparity that matcher returned"):
+        session.depth(scene.view, matcher=lambda left, right: np.zeros((3, 3)))
+    with pytest.raises(ZeroDivisionError):
+        session.depth(scene.view, matcher=lambda left, right: 1 // 0)
+    with pytest.raises(retint.OptionError, match="or a function of two images"):
+        session.depth(scene.view, matcher=3)
+    with pytest.raises(retint.OptionError, match="neither onnx:FILE nor exec:COMMAND"):
+        session.depth(scene.view, matcher="tensorrt:x")
+
+
+MASK_PROGRAM = """
+import sys
+import numpy
+from PIL import Image
+for line in sys.stdin:
+    image, *strokes, output = line.rstrip("\\n").split("\\t")
+    mask = numpy.array(Image.open({mask!r}).convert("L"))
+    numpy.save(output + ".npy", mask / 255.0)
+    print("ok", flush=True)
+"""
+
+
+def test_a_program_outlines(session, scene, tmp_path):
+    pytest.importorskip("PIL")
+    program = tmp_path / "mask.py"
+    program.write_text(MASK_PROGRAM.format(mask=str(scene.mask)))
+    command = f"exec:{sys.executable} {program}"
+    mask = session.mask(scene.view, network=command)
+    from PIL import Image
+
+    painted = np.array(Image.open(scene.mask).convert("L")) > 127
+    both = (mask > 127) & painted
+    assert both.sum() / ((mask > 127) | painted).sum() > 0.9
+    out = tmp_path / "mask.png"
+    printed = run_retint(
+        "mask", scene.folder, "--splat", scene.splat, "--view", scene.view, "--network", command, "-o", out
+    )
+    assert f"outlined by {command}" in printed and out.exists()
+
+
+def stand_ins(folder, modules):
+    for name, text in modules.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+
+
+def ask(script, folder, arguments, line):
+    """One line for a program, and what it answers."""
+    done = subprocess.run(
+        [sys.executable, EXAMPLES / script, *arguments],
+        input=line + "\n",
+        capture_output=True,
+        text=True,
+        check=False,
+        env={"PYTHONPATH": str(folder)},
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def picture(path, value, width=6, height=4):
+    image = pytest.importorskip("PIL.Image")
+    image.fromarray(np.full((height, width, 3), value, np.uint8)).save(path)
+    return str(path)
+
+
+def test_the_example_of_foundation_stereo(tmp_path):
+    stand_ins(
+        tmp_path,
+        {
+            "torch.py": """
+import numpy
+class Tensor(numpy.ndarray):
+    def cuda(self): return self
+    def cpu(self): return self
+    def float(self): return self.astype(numpy.float32)
+    def numpy(self): return numpy.asarray(self)
+    def permute(self, *axes): return self.transpose(axes)
+def as_tensor(array): return array.view(Tensor)
+def load(path, weights_only): return {"model": str(path)}
+class no_grad:
+    def __enter__(self): pass
+    def __exit__(self, *fault): pass
+""",
+            "omegaconf.py": "class OmegaConf:\n    load = staticmethod(lambda path: str(path))\n",
+            "core/utils/utils.py": """
+class InputPadder:
+    def __init__(self, shape, divis_by, force_square): assert tuple(shape) == (1, 3, 4, 6)
+    def pad(self, *images): return images
+    def unpad(self, image): return image
+""",
+            "core/foundation_stereo.py": """
+class FoundationStereo:
+    def __init__(self, config): assert config.endswith("weights/cfg.yaml")
+    def load_state_dict(self, model): assert model.endswith("weights/model.pth")
+    def cuda(self): return self
+    def eval(self): return self
+    def __call__(self, left, right, iters, test_mode): return left[:, :1] - right[:, :1]
+""",
+        },
+    )
+    left, right = picture(tmp_path / "l.png", 30), picture(tmp_path / "r.png", 10)
+    output = tmp_path / "output"
+    line = f"{left}\t{right}\t{output}"
+    assert ask("match_with_foundation_stereo.py", tmp_path, [tmp_path / "weights/model.pth"], line) == "ok\n"
+    assert (np.load(f"{output}.npy").squeeze() == np.full((4, 6), 20)).all()
+
+
+def test_the_example_of_sam_2(tmp_path):
+    stand_ins(
+        tmp_path,
+        {
+            "sam2/build_sam.py": "def build_sam2(config, weights): return config, weights\n",
+            "sam2/sam2_image_predictor.py": """
+import numpy
+class SAM2ImagePredictor:
+    def __init__(self, model): assert model == ("a.yaml", "a.pt")
+    def set_image(self, image): self.shape = image.shape[:2]
+    def predict(self, points, labels, multimask_output):
+        mask = numpy.zeros(self.shape, bool)
+        for (x, y), label in zip(points.astype(int), labels): mask[y, x] = label
+        return mask[None], [1], None
+""",
+        },
+    )
+    image = picture(tmp_path / "image.png", 30)
+    strokes = np.zeros((4, 6, 3), np.uint8)
+    strokes[1, 2, 1] = strokes[3, 5, 0] = 255
+    pytest.importorskip("PIL.Image").fromarray(strokes).save(tmp_path / "strokes.png")
+    output = tmp_path / "output"
+    ask("outline_with_sam2.py", tmp_path, ["a.yaml", "a.pt"], f"{image}\t{tmp_path}/strokes.png\t{output}")
+    assert np.argwhere(np.load(f"{output}.npy") > 0).tolist() == [[1, 2]]
+    ask("outline_with_sam2.py", tmp_path, ["a.yaml", "a.pt"], f"{image}\t{output}")
+    assert np.argwhere(np.load(f"{output}.npy") > 0).tolist() == [[2, 3]]
