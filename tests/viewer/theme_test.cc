@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The palette of a desktop of high contrast, and dark tool bars.
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include <QDir>
 #include <QFileInfo>
@@ -44,6 +46,37 @@ class ThemeTest : public ViewerTest {
     QApplication::setPalette(before);
     Theme theme;
     QVERIFY(!theme.high_contrast());
+    theme_->Choose(ThemeChoice::kSystem);
+  }
+
+  // WCAG AA, of all that is read.
+  void TextIsReadInEveryTheme() {
+    const auto light_of = [](const QColor& color) {
+      const auto linear = [](double v) {
+        return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+      };
+      return 0.2126 * linear(color.redF()) + 0.7152 * linear(color.greenF()) +
+             0.0722 * linear(color.blueF());
+    };
+    using P = QPalette;
+    for (const ThemeChoice choice : {ThemeChoice::kLight, ThemeChoice::kDark}) {
+      theme_->Choose(choice);
+      const QPalette colors = QApplication::palette();
+      for (const auto& [text, ground] :
+           {std::pair(P::WindowText, P::Window), std::pair(P::Text, P::Base),
+            std::pair(P::Text, P::AlternateBase), std::pair(P::ButtonText, P::Button),
+            std::pair(P::PlaceholderText, P::Base), std::pair(P::PlaceholderText, P::Window),
+            std::pair(P::ToolTipText, P::ToolTipBase), std::pair(P::Link, P::Window),
+            std::pair(P::HighlightedText, P::Highlight)}) {
+        const double a = light_of(colors.color(text)), b = light_of(colors.color(ground));
+        const double contrast = (std::max(a, b) + 0.05) / (std::min(a, b) + 0.05);
+        QVERIFY2(contrast >= 4.5, qPrintable(QString("%1 on %2 in %3: %4")
+                                                 .arg(text)
+                                                 .arg(ground)
+                                                 .arg(ThemeName(choice))
+                                                 .arg(contrast)));
+      }
+    }
     theme_->Choose(ThemeChoice::kSystem);
   }
 

@@ -4,12 +4,10 @@
 #include <cstdlib>
 
 #include <QApplication>
-#include <QPainter>
 #include <QPalette>
-#include <QProxyStyle>
-#include <QStyleFactory>
-#include <QStyleOption>
 #include <QToolTip>
+
+#include "viewer/window/flat_style.h"
 
 namespace retint {
 namespace {
@@ -21,10 +19,11 @@ struct Shades {
   QColor window, base, alternate, button, text, dim, border, highlight, highlighted;
 };
 
+// Text, dim text and text on the accent have a contrast of 4.5 at least (WCAG AA).
 const Shades kDark{{43, 45, 48},    {32, 33, 36}, {38, 40, 43},   {55, 57, 61},   {225, 226, 229},
-                   {145, 148, 153}, {24, 25, 27}, {53, 116, 205}, {255, 255, 255}};
+                   {168, 171, 176}, {70, 73, 78}, {47, 109, 200}, {255, 255, 255}};
 const Shades kLight{{240, 240, 242}, {255, 255, 255}, {246, 247, 249},
-                    {248, 248, 249}, {28, 29, 31},    {120, 123, 128},
+                    {248, 248, 249}, {28, 29, 31},    {92, 95, 101},
                     {190, 192, 196}, {38, 110, 210},  {255, 255, 255}};
 // Dim text has a contrast of 7 at least.
 const Shades kBlack{{0, 0, 0},       {0, 0, 0},       {32, 32, 32},  {0, 0, 0}, {255, 255, 255},
@@ -52,7 +51,9 @@ QPalette PaletteOf(const Shades& shades) {
   palette.setColor(QPalette::BrightText, QColor(255, 90, 90));
   palette.setColor(QPalette::Highlight, shades.highlight);
   palette.setColor(QPalette::HighlightedText, shades.highlighted);
-  palette.setColor(QPalette::Link, shades.highlight.lighter(125));
+  const bool dark = shades.window.lightness() < 128;
+  palette.setColor(QPalette::Link,
+                   dark ? shades.highlight.lighter(165) : shades.highlight.darker(115));
   palette.setColor(QPalette::Light, shades.button.lighter(115));
   palette.setColor(QPalette::Midlight, shades.button.lighter(107));
   palette.setColor(QPalette::Mid, shades.border);
@@ -64,79 +65,6 @@ QPalette PaletteOf(const Shades& shades) {
   palette.setColor(QPalette::Disabled, QPalette::Highlight, shades.border);
   return palette;
 }
-
-// Fusion draws the frame of a check box darker than the window: on a dark one nobody sees a box
-// that is not checked. Nor does one see there which button of several is down, nor the arrow that
-// leads to what a tool bar has no room for, which is a black picture. On black and on white no
-// control has an end, unless it has a frame in the color of text.
-class FramedStyle : public QProxyStyle {
- public:
-  FramedStyle() : QProxyStyle(QStyleFactory::create("Fusion")) {}
-
-  void drawPrimitive(PrimitiveElement element, const QStyleOption* option, QPainter* painter,
-                     const QWidget* widget) const override {
-    QProxyStyle::drawPrimitive(element, option, painter, widget);
-    const bool is_box = element == PE_IndicatorCheckBox || element == PE_IndicatorItemViewItemCheck;
-    const bool is_down = element == PE_PanelButtonTool && option->state & State_On;
-    const auto* frame = qstyleoption_cast<const QStyleOptionFrame*>(option);
-    const bool is_field = element == PE_PanelLineEdit && frame && frame->lineWidth > 0;
-    if (is_box || is_down) {
-      QColor color = option->palette.color(is_box ? QPalette::Text : QPalette::Highlight);
-      if (is_box) color.setAlpha(option->state & State_Enabled ? 150 : 60);
-      DrawFrame(painter, option->rect, color);
-    } else if (is_field || element == PE_PanelButtonCommand || element == PE_PanelButtonTool) {
-      FrameControl(painter, *option);
-    }
-  }
-
-  void drawControl(ControlElement element, const QStyleOption* option, QPainter* painter,
-                   const QWidget* widget) const override {
-    const auto* button = qstyleoption_cast<const QStyleOptionToolButton*>(option);
-    if (button && widget && widget->objectName() == "qt_toolbar_ext_button") {
-      proxy()->drawItemText(painter, option->rect, Qt::AlignCenter, option->palette, true,
-                            QStringLiteral("»"), QPalette::ButtonText);
-      return;
-    }
-    QProxyStyle::drawControl(element, option, painter, widget);
-    if (element == CE_TabBarTabShape || element == CE_ProgressBarGroove) {
-      FrameControl(painter, *option);
-    }
-  }
-
-  void drawComplexControl(ComplexControl control, const QStyleOptionComplex* option,
-                          QPainter* painter, const QWidget* widget) const override {
-    QProxyStyle::drawComplexControl(control, option, painter, widget);
-    const auto frame_part = [&](SubControl part) {
-      FrameControl(painter, *option, subControlRect(control, option, part, widget));
-    };
-    if (control == CC_ComboBox || control == CC_SpinBox) FrameControl(painter, *option);
-    if (control == CC_Slider) {
-      frame_part(SC_SliderGroove);
-      frame_part(SC_SliderHandle);
-    }
-    if (control == CC_ScrollBar) frame_part(SC_ScrollBarSlider);
-  }
-
- private:
-  void FrameControl(QPainter* painter, const QStyleOption& option, QRect rect = {}) const {
-    const QPalette& colors = option.palette;
-    const QColor text = colors.color(QPalette::Active, QPalette::WindowText);
-    if (colors.color(QPalette::Mid) != text) return;  // borders of other shades are not so strong
-    const bool marked = (option.state & (State_HasFocus | State_On | State_Selected)) != 0;
-    DrawFrame(painter, rect.isNull() ? option.rect : rect,
-              colors.color(marked ? QPalette::Highlight : QPalette::ButtonText));
-  }
-
-  static void DrawFrame(QPainter* painter, const QRect& rect, const QColor& color) {
-    painter->save();
-    painter->setBrush(Qt::NoBrush);
-    painter->setPen(color);
-    // All of the line lies inside, also where it is wider than a pixel of the screen.
-    painter->setRenderHint(QPainter::Antialiasing);
-    painter->drawRect(QRectF(rect).adjusted(0.5, 0.5, -0.5, -0.5));
-    painter->restore();
-  }
-};
 
 }  // namespace
 
@@ -164,7 +92,7 @@ Theme::Theme(QObject* parent) : QObject(parent) {
   const int text = platform.color(QPalette::WindowText).lightness();
   system_dark_ = window < 128;
   high_contrast_ = std::abs(window - text) >= kHighContrast;
-  QApplication::setStyle(new FramedStyle);
+  QApplication::setStyle(new FlatStyle);
   Apply();
 }
 
