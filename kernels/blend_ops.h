@@ -27,12 +27,14 @@ class Model {
   int64_t count() const { return count_; }
   int sh_degree() const { return sh_degree_; }
   int num_sh_coeffs() const { return (sh_degree_ + 1) * (sh_degree_ + 1); }
+  bool compensate() const { return compensate_; }  // see GaussianArrays
   virtual float* sh() = 0;  // backend memory, [N, K, 3]
   virtual const float* sh() const = 0;
 
  protected:
   int64_t count_ = 0;
   int sh_degree_ = 0;
+  bool compensate_ = false;
 };
 
 // The frozen geometry of one view (or of a region of it): rows, conics, sorted tile lists.

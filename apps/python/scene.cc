@@ -259,9 +259,13 @@ py::array ArrayOf(const PySplat& splat, const SplatArray& array) {
                 Keeper(splat.data), splat.writeable);
 }
 
+void CheckWriteable(const PySplat& splat) {
+  CheckOption(splat.writeable, "this splat is a session's own; copy() can be written to");
+}
+
 void SetArray(PySplat& splat, const std::string& name, const Floats& values) {
   const SplatArray& array = FindArray(name);
-  CheckOption(splat.writeable, "this splat is a session's own; copy() can be written to");
+  CheckWriteable(splat);
   const Shape shape = array.shape(*splat.data);
   const bool fits = values.ndim() == static_cast<py::ssize_t>(shape.size()) &&
                     std::equal(shape.begin(), shape.end(), values.shape());
@@ -307,6 +311,21 @@ void WriteTo(const PySplat& splat, const py::object& path, py::object progress) 
   call.Run([&](Monitor& monitor) { WriteSplat(file, *splat.data, monitor); });
 }
 
+void SetRenderModel(PySplat& splat, const std::string& name) {
+  CheckWriteable(splat);
+  const auto model = RenderModelNamed(name);
+  CheckOption(model.has_value(), "render_model is 'default', 'mip', '2dgs' or '3dgut'");
+  splat.data->traits.render_model = *model;
+  splat.data->traits.render_model_reason = "chosen";
+}
+
+void SetColorSpace(PySplat& splat, const std::string& name) {
+  CheckWriteable(splat);
+  const auto space = ColorSpaceNamed(name);
+  CheckOption(space.has_value(), "'" + name + "' is not a color space of splats");
+  splat.data->traits.color_space = *space;
+}
+
 // ---- Splat, pickled ----
 
 // Of a file the texts and data are bytes.
@@ -339,12 +358,14 @@ py::tuple StateOf(const PySplat& splat) {
   return py::make_tuple(arrays, FromTexts(source.comments), FromTexts(source.property_order),
                         extras, FromTexts(source.trailing_header), FromBytes(source.trailing_bytes),
                         py::bytes(source.packed_format), FromBytes(source.packed),
-                        FromTexts(source.notes));
+                        FromTexts(source.notes), NameOf(splat.data->traits.render_model),
+                        splat.data->traits.render_model_reason,
+                        NameOf(splat.data->traits.color_space));
 }
 
 PySplat FromState(const py::tuple& state) {
   using Texts = std::vector<std::string>;
-  CheckOption(state.size() == 9, "this is not the state of a Splat");
+  CheckOption(state.size() == 12, "this is not the state of a Splat");
   const auto arrays = state[0].cast<std::vector<Floats>>();
   CheckOption(arrays.size() == std::size(kArrays), "this is not the state of a Splat");
   PySplat splat = FromArrays(arrays[0], arrays[1], arrays[2], arrays[3], arrays[4]);
@@ -364,6 +385,9 @@ PySplat FromState(const py::tuple& state) {
   source.packed_format = state[6].cast<std::string>();
   source.packed = ToBytes<UnsetVector<char>>(state[7]);
   source.notes = state[8].cast<Texts>();
+  SetRenderModel(splat, state[9].cast<std::string>());
+  splat.data->traits.render_model_reason = state[10].cast<std::string>();
+  SetColorSpace(splat, state[11].cast<std::string>());
   return splat;
 }
 
@@ -395,6 +419,18 @@ void BindSplat(py::module_& module) {
       .def_property_readonly(
           "comments", [](const PySplat& s) { return s.data->source.comments; },
           "The comments of the file that you read.")
+      .def_property(
+          "render_model",
+          [](const PySplat& s) { return std::string(NameOf(s.data->traits.render_model)); },
+          &SetRenderModel,
+          "How the splat was trained: 'default', 'mip' (with an antialiasing filter), '2dgs' or "
+          "'3dgut'. Retint renders the last two as default.")
+      .def_property(
+          "color_space",
+          [](const PySplat& s) { return std::string(NameOf(s.data->traits.color_space)); },
+          &SetColorSpace,
+          "The space of the blended colors: 'srgb_rec709_display', 'lin_rec709_display', "
+          "'srgb_rec709_scene' or 'lin_rec709_scene'. Setting it converts nothing.")
       .def("__len__", [](const PySplat& s) { return s.data->NumGaussians(); })
       .def(
           "__getitem__",

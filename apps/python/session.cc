@@ -45,7 +45,7 @@ Sim3d ToSimilarity(const py::object& given) {
 SessionOptions MakeOptions(const std::string& backend, int holdout, size_t cache_mb,
                            const std::array<float, 3>& background, const py::object& images,
                            const std::string& model, int views, const py::object& world_from_splat,
-                           const py::object& view_folder) {
+                           const py::object& view_folder, const std::string& render_model) {
   SessionOptions options;
   options.pixels = Pixels::kPinhole;  // arrays are the views', whose cameras Python sees
   options.backend = backend;
@@ -57,6 +57,10 @@ SessionOptions MakeOptions(const std::string& backend, int holdout, size_t cache
   options.views = views;
   options.world_from_splat = ToSimilarity(world_from_splat);
   options.view_folder = ToPath(view_folder);
+  if (!render_model.empty()) {
+    options.render_model = ChosenRenderModel(render_model);
+    CheckOption(options.render_model.has_value(), "render_model is '', 'default' or 'mip'");
+  }
   options.Check();
   return options;
 }
@@ -66,9 +70,9 @@ std::unique_ptr<PySession> Open(const py::object& workspace, const py::object& s
                                 const std::array<float, 3>& background, const py::object& images,
                                 const std::string& model, int views,
                                 const py::object& world_from_splat, const py::object& view_folder,
-                                py::object progress) {
+                                const std::string& render_model, py::object progress) {
   const SessionOptions options = MakeOptions(backend, holdout, cache_mb, background, images, model,
-                                             views, world_from_splat, view_folder);
+                                             views, world_from_splat, view_folder, render_model);
   const bool read_workspace = !py::isinstance<PyWorkspace>(workspace);
   const bool read_splat = !py::isinstance<PySplat>(splat);
   CheckOption(read_workspace || (options.image_folder.empty() && model.empty()),
@@ -472,7 +476,8 @@ void BindSession(py::module_& module) {
            py::arg("backend") = "auto", py::arg("holdout") = 0, py::arg("cache_mb") = 640,
            py::arg("background") = std::array<float, 3>{0, 0, 0}, py::arg("images") = py::none(),
            py::arg("model") = "", py::arg("views") = 40, py::arg("world_from_splat") = py::none(),
-           py::arg("view_folder") = py::none(), py::arg("progress") = py::none(),
+           py::arg("view_folder") = py::none(), py::arg("render_model") = "",
+           py::arg("progress") = py::none(),
            "Opens a scene. InputError if a file is missing, damaged or does not fit the others.\n"
            "\n"
            "- `workspace`: a folder or a Workspace; None for a splat without one\n"
@@ -487,7 +492,9 @@ void BindSession(py::module_& module) {
            "- `world_from_splat`: the splat's place in the workspace's world, a JSON file or a "
            "matrix [4, 4] that rotates, scales and moves\n"
            "- `view_folder`: for a splat without a workspace, the COLMAP model with its views, as "
-           "`retint cameras` writes it")
+           "`retint cameras` writes it\n"
+           "- `render_model`: 'mip' for a splat that was trained with an antialiasing filter, "
+           "'default' for one without; '' for the one that its files say")
       .def_static("load", &Load, py::arg("folder"), py::kw_only(), py::arg("backend") = "auto",
                   py::arg("cache_mb") = 640, py::arg("progress") = py::none(),
                   "Opens a session that save() or the editor wrote. InputError if it is missing or "

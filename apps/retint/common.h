@@ -114,12 +114,14 @@ struct SceneArguments {
   std::filesystem::path path;                      // as typed
   std::filesystem::path workspace, splat, images;  // found; no workspace: a splat alone
   std::filesystem::path view_folder;               // of a session: views that were placed
-  std::string model, world_from_splat, pixels = "photo";
+  std::string model, world_from_splat, pixels = "photo", render_model;
   Sim3d place;  // of a session: where its splat lies in the workspace's world
   int views = SessionOptions().views;
   const CLI::Option* views_flag = nullptr;  // --views, of verbs that have it
   bool needs_splat = true;
 };
+// --render-model, of every verb that opens a splat.
+CLI::Option* AddRenderModel(CLI::App* verb, std::string& name);
 // SCENE, --splat, --images and --model.
 void AddSceneFiles(CLI::App* verb, Globals& globals, SceneArguments& scene, bool needs_splat);
 void AddScene(CLI::App* verb, Globals& globals, SceneArguments& scene, bool needs_splat = true);

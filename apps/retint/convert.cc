@@ -8,6 +8,7 @@
 #include "base/run_clock.h"
 #include "base/staged_output.h"
 #include "base/stopwatch.h"
+#include "opening/render_model.h"
 #include "opening/virtual_views.h"
 #include "retint/common.h"
 #include "retint/help.h"
@@ -21,6 +22,7 @@ namespace {
 
 struct Arguments {
   std::filesystem::path input, output, report, cameras;
+  std::string render_model;
   bool predict = false, drop_bad = false;
 };
 
@@ -120,8 +122,9 @@ void Convert(const Arguments& arguments, Run& run) {
   CheckOutput(arguments.output);
   if (!arguments.report.empty()) CheckOutput(arguments.report);
 
-  const GaussianModel model = ReadSplat(arguments.input, run.monitor(),
-                                        arguments.drop_bad ? BadRows::kDrop : BadRows::kRefuse);
+  GaussianModel model = ReadSplat(arguments.input, run.monitor(),
+                                  arguments.drop_bad ? BadRows::kDrop : BadRows::kRefuse);
+  ChooseRenderModel(ChosenRenderModel(arguments.render_model), arguments.input, {}, model);
   Conversion done;
   done.gaussians = model.NumGaussians();
   done.degree_before = FileDegree(model);
@@ -161,6 +164,7 @@ void AddConvert(CLI::App& app, Globals& globals, Action& action) {
           "Workspace in whose views the color error is measured, if the format rounds. Else a few "
           "views are placed around the splat",
           "FOLDER");
+  AddRenderModel(verb, arguments->render_model);
   Everyday(verb, verb->add_flag("--predict", arguments->predict,
                                 "Only say what the format would lose, and write no splat")
                      ->default_str(""));

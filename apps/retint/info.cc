@@ -103,21 +103,79 @@ SceneCheckOptions CheckOf(const Arguments& arguments) {
   return options;
 }
 
-// One view's Gaussians after the other's.
-void DescribeParts(const Arguments& arguments, LargeScene& large, Run& run) {
+void PrintTraits(const SplatTraits& traits, Run& run) {
+  const std::string& reason = traits.render_model_reason;
+  run.Print(fmt::format("render model {} ({})", NameOf(traits.render_model),
+                        reason.empty() ? "its files do not say" : reason));
+  run.Print(fmt::format("color space  {}", NameOf(traits.color_space)));
+}
+
+// A scene, compared with its photos.
+struct Found {
+  SceneCheck check;
+  SplatTraits traits;
+};
+
+// One view's Gaussians after the other's. `prints`: describes them, too.
+Found CheckParts(const Arguments& arguments, LargeScene& large, bool prints, Run& run) {
   run.FinishProgress();
-  PrintWorkspace(large.workspace(), run);
-  PrintSplat(large.file(), run);
+  if (prints) PrintWorkspace(large.workspace(), run);
+  if (prints) PrintSplat(large.file(), run);
+  Found found;
   std::unique_ptr<EditSession> session;
   const auto show = [&](const View& view) -> OpenScene& {
     const bool is_first = !session;
     session = large.Show(std::vector<const View*>{&view}, std::move(session), run.monitor());
-    if (is_first) DescribeSession(*session, run.globals().backend, run);
+    if (is_first) found.traits = session->scene().original().traits;
+    if (is_first && prints) {
+      DescribeSession(*session, run.globals().backend, run);
+      run.FinishProgress();
+      PrintTraits(found.traits, run);
+    }
     return session->scene();
   };
-  const SceneCheck check = CheckScene(large.workspace(), show, run.monitor(), CheckOf(arguments));
+  found.check = CheckScene(large.workspace(), show, run.monitor(), CheckOf(arguments));
+  return found;
+}
+
+Found CheckWhole(const Arguments& arguments, const SceneArguments& scene, bool prints, Run& run) {
+  const MemoryLimits limits = arguments.large.Limits(run);
+  if (!prints) {
+    SessionOptions options = OptionsOf(scene, 0, run);
+    options.cache_bytes = limits.Cache(options.cache_bytes);
+    const auto opened = OpenScene::Open(scene.workspace, scene.splat, options, run.monitor());
+    return {CheckScene(*opened, run.monitor(), CheckOf(arguments)), opened->original().traits};
+  }
+  const auto session = OpenSession(scene, 0, run, limits);
+  const GaussianModel& model = session->scene().original();
   run.FinishProgress();
-  PrintCheck(check, run);
+  PrintWorkspace(session->scene().workspace(), run);
+  PrintSplat(scene.splat, model.NumGaussians(), model.sh_degree, HasShBand4(model), run);
+  PrintTraits(model.traits, run);
+  return {CheckScene(session->scene(), run.monitor(), CheckOf(arguments)), model.traits};
+}
+
+Found CheckIt(const Arguments& arguments, const SceneArguments& scene, bool prints, Run& run) {
+  const auto large = OpenLarge(scene, arguments.large, 0, /*refit=*/nullptr, run);
+  Found found = large ? CheckParts(arguments, *large, prints, run)
+                      : CheckWhole(arguments, scene, prints, run);
+  run.FinishProgress();
+  return found;
+}
+
+// If no file says how the splat was trained: the photos show which of the two models fits.
+void RecommendRenderModel(const Arguments& arguments, const Found& found, Run& run) {
+  constexpr double kClear = 0.1;  // dB
+  const double as_default = found.check.median_psnr;
+  if (!found.traits.render_model_reason.empty() || !std::isfinite(as_default)) return;
+  SceneArguments tried = arguments.scene;
+  tried.render_model = NameOf(RenderModel::kMip);
+  const double as_mip = CheckIt(arguments, tried, /*prints=*/false, run).check.median_psnr;
+  run.Print(fmt::format("compared     {:.2f} dB as default, {:.2f} dB as mip: {}", as_default,
+                        as_mip,
+                        as_mip > as_default + kClear   ? "--render-model mip fits the photos better"
+                        : as_mip < as_default - kClear ? "default fits the photos better"
+                                                       : "the photos do not tell them apart"));
 }
 
 // Views are placed around a whole splat: of one that is opened in parts and has no workspace, only
@@ -146,16 +204,9 @@ void Info(const Arguments& arguments, Run& run) {
     return;
   }
   if (DescribedAlone(arguments, run)) return;
-  const auto large = OpenLarge(scene, arguments.large, 0, /*refit=*/nullptr, run);
-  if (large) return DescribeParts(arguments, *large, run);
-  const auto session = OpenSession(scene, 0, run, arguments.large.Limits(run));
-  const GaussianModel& model = session->scene().original();
-  run.FinishProgress();
-  PrintWorkspace(session->scene().workspace(), run);
-  PrintSplat(scene.splat, model.NumGaussians(), model.sh_degree, HasShBand4(model), run);
-  const SceneCheck check = CheckScene(session->scene(), run.monitor(), CheckOf(arguments));
-  run.FinishProgress();
-  PrintCheck(check, run);
+  const Found found = CheckIt(arguments, scene, /*prints=*/true, run);
+  PrintCheck(found.check, run);
+  RecommendRenderModel(arguments, found, run);
 }
 
 }  // namespace

@@ -47,6 +47,9 @@ void FindInSession(const fs::path& folder, SceneArguments* scene) {
   TakeOver(info.image_folder, &scene->images);
   if (scene->model.empty()) scene->model = info.model;
   scene->place = info.world_from_splat;
+  if (scene->render_model.empty() && info.render_model) {
+    scene->render_model = NameOf(*info.render_model);
+  }
 }
 
 void FindInWorkspace(const fs::path& folder, SceneArguments* scene) {
@@ -79,6 +82,9 @@ void TakeScene(const EditRecipe& recipe, SceneArguments& scene) {
   TakeOver(recipe.images, &scene.images);
   if (scene.model.empty()) scene.model = recipe.model;
   if (scene.world_from_splat.empty()) scene.world_from_splat = recipe.world_from_splat;
+  if (scene.render_model.empty() && recipe.render_model) {
+    scene.render_model = NameOf(*recipe.render_model);
+  }
   if (recipe.views > 0 && !PlacesViews(scene)) scene.views = recipe.views;
 }
 
@@ -105,6 +111,14 @@ void FindScene(SceneArguments& scene) {
               "--images and --model are parts of a workspace, which a splat alone has not");
   CheckOption((alone && scene.view_folder.empty()) || !PlacesViews(scene),
               "--views places views around a splat alone; " + path.string() + " has its own");
+}
+
+CLI::Option* AddRenderModel(CLI::App* verb, std::string& name) {
+  return verb
+      ->add_option("--render-model", name,
+                   "How the splat was trained: mip with an antialiasing filter (Mip-Splatting, "
+                   "gsplat's antialiased), default without. Else as its files say")
+      ->check(CLI::IsMember({"default", "mip"}));
 }
 
 void AddSceneFiles(CLI::App* verb, Globals& globals, SceneArguments& scene, bool needs_splat) {
@@ -134,6 +148,7 @@ void AddScene(CLI::App* verb, Globals& globals, SceneArguments& scene, bool need
                    "numbers of a matrix, by rows")
       ->type_name("FILE|NUMBERS")
       ->group(kSceneGroup);
+  AddRenderModel(verb, scene.render_model)->group(kSceneGroup);
   scene.views_flag = verb->add_option("--views", scene.views, "Views to place around a splat alone")
                          ->check(CLI::Range(2, 400))
                          ->group(kSceneGroup);
@@ -157,6 +172,7 @@ SessionOptions OptionsOf(const SceneArguments& scene, int holdout, const Run& ru
     CheckOption(!scene.workspace.empty(), "--world-from-splat needs a workspace");
     options.world_from_splat = WorldFromSplatOf(scene.world_from_splat);
   }
+  if (!scene.render_model.empty()) options.render_model = ChosenRenderModel(scene.render_model);
   options.pixels = scene.pixels == "pinhole" ? Pixels::kPinhole : Pixels::kPhoto;
   options.holdout = holdout;
   return options;

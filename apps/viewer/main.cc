@@ -52,6 +52,8 @@ void Describe(QCommandLineParser& parser) {
       {"model", "Which sparse model of the workspace; left out: the largest.", "NAME"},
       {"world-from-splat",
        "Where the splat lies in the workspace's world: a JSON file or 12 or 16 numbers.", "T.json"},
+      {"render-model", "How the splat was trained, default or mip; left out: as its files say.",
+       "NAME"},
       {"views", "Without a workspace: how many views are placed.", "N", "40"},
       {"session", "Saved session to go on with.", "S.retint"},
       {"backend", "auto, cpu or cuda.", "NAME", "auto"},
@@ -84,6 +86,10 @@ QString Fault(const QCommandLineParser& parser) {
   if (!ok || views < 2 || views > 400) {
     return "--views: '" + parser.value("views") + "' is not in 2 to 400";
   }
+  if (parser.isSet("render-model") &&
+      !ChosenRenderModel(parser.value("render-model").toStdString())) {
+    return "--render-model: '" + parser.value("render-model") + "' is not default or mip";
+  }
   if (parser.isSet("world-from-splat")) {
     try {
       WorldFromSplatOf(parser.value("world-from-splat").toStdString());
@@ -105,8 +111,8 @@ QString Fault(const QCommandLineParser& parser) {
     if (!conflict.isEmpty()) return conflict;
   }
   const bool session = parser.isSet(kSession) || !SortPaths(paths).session.isEmpty();
-  for (const char* option :
-       {"workspace", "splat", "images", "holdout", "model", "world-from-splat", "views"}) {
+  for (const char* option : {"workspace", "splat", "images", "holdout", "model", "world-from-splat",
+                             "render-model", "views"}) {
     if (session && parser.isSet(option)) {
       return QString("a session has its own --%1").arg(option);
     }
@@ -123,6 +129,7 @@ StartOptions Resolve(const QCommandLineParser& parser) {
   start.scene.options.holdout = parser.value("holdout").toInt();
   start.scene.options.model = parser.value("model").toStdString();
   start.scene.options.views = parser.value("views").toInt();
+  start.scene.options.render_model = ChosenRenderModel(parser.value("render-model").toStdString());
   if (parser.isSet("world-from-splat")) {
     start.scene.options.world_from_splat =
         WorldFromSplatOf(parser.value("world-from-splat").toStdString());

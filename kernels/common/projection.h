@@ -79,23 +79,39 @@ RETINT_HD PixelGradients PixelGradientsAt(const CameraParams& camera, const glm:
           {jy * (r[3] - v * r[6]), jy * (r[4] - v * r[7]), jy * (r[5] - v * r[8])}};
 }
 
-// 2D covariance (xx, xy, yy; px^2, dilated) of a Gaussian whose mean is at `t` in the camera.
+// 2D covariance (xx, xy, yy; px^2, not dilated) of a Gaussian whose mean is at `t` in the camera.
 RETINT_HD glm::vec3 ProjectCovariance(const CameraParams& camera, const glm::vec3& t,
                                       const Covariance3& s) {
   const PixelGradients pixel = PixelGradientsAt(camera, t);
   const glm::vec3 sp = Times(s, pixel.x), sq = Times(s, pixel.y);
-  return {glm::dot(pixel.x, sp) + kCovarianceDilation, glm::dot(pixel.x, sq),
-          glm::dot(pixel.y, sq) + kCovarianceDilation};
+  return {glm::dot(pixel.x, sp), glm::dot(pixel.x, sq), glm::dot(pixel.y, sq)};
+}
+
+// An antialiased splat's factor of the opacity, sqrt(det S / det(S + 0.3 I)): the dilation keeps
+// the light of a Gaussian that is smaller than a pixel (Mip-Splatting, Yu et al. 2024).
+// `covariance` is S, `dilated_det` det(S + 0.3 I). gsplat has the same least value.
+RETINT_HD float OpacityScale(const glm::vec3& covariance, double dilated_det) {
+  constexpr double kLeast = 0.005;
+  const double det = double(covariance.x) * covariance.z - double(covariance.y) * covariance.y;
+  const double ratio = det / dilated_det;
+  return float(std::sqrt(ratio > kLeast * kLeast ? ratio : kLeast * kLeast));
 }
 
 // False where the Gaussian is culled: behind kNearPlane, fainter than kMinAlpha, or not finite.
+// `compensate`: by OpacityScale().
 RETINT_HD bool ProjectGaussian(const CameraParams& camera, const glm::vec3& mean,
-                               const Covariance3& covariance, float opacity, Splat* splat) {
+                               const Covariance3& covariance, float opacity, bool compensate,
+                               Splat* splat) {
   const glm::vec3 t = CamFromWorld(camera, mean);
   if (!(t.z > kNearPlane) || !(opacity >= kMinAlpha)) return false;
-  const glm::vec3 cov = ProjectCovariance(camera, t, covariance);
+  const glm::vec3 sharp = ProjectCovariance(camera, t, covariance);
+  const glm::vec3 cov(sharp.x + kCovarianceDilation, sharp.y, sharp.z + kCovarianceDilation);
   const double det = double(cov.x) * cov.z - double(cov.y) * cov.y;
   if (!(det > 0) || !std::isfinite(det)) return false;
+  if (compensate) {
+    opacity *= OpacityScale(sharp, det);
+    if (!(opacity >= kMinAlpha)) return false;
+  }
   const glm::vec2 center = ImgFromCam(camera, t);
   if (!std::isfinite(center.x) || !std::isfinite(center.y)) return false;
   constexpr double kLog2e = 1.4426950408889634;

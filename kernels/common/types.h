@@ -43,6 +43,7 @@ struct GaussianArrays {
   const float* sh;              // [N, K, 3]
   int64_t count;                // N
   int32_t sh_degree;            // 0-3, K = (sh_degree + 1)^2
+  bool compensate = false;      // see OpacityScale() in projection.h
 };
 
 // A point of a selection's cloud, in the world.

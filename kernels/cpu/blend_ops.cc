@@ -22,7 +22,7 @@ class CpuBlendOps : public BlendOps {
  protected:
   std::unique_ptr<Model> DoUploadModel(const GaussianArrays& host) override {
     const size_t count = size_t(host.count);
-    auto model = std::make_unique<CpuModel>(host.count, host.sh_degree);
+    auto model = std::make_unique<CpuModel>(host);
     model->means.assign(host.means, host.means + 3 * count);
     const size_t values = 3 * count * size_t(model->num_sh_coeffs());
     model->coefficients = Buffer<float>(AllocateHost(values * sizeof(float)), values);

@@ -20,9 +20,10 @@ struct CpuModel : Model {
   LargeVector<float> opacities;          // [N]
   Buffer<float> coefficients;            // [N, K, 3]
 
-  CpuModel(int64_t count, int sh_degree) {
-    count_ = count;
-    sh_degree_ = sh_degree;
+  explicit CpuModel(const GaussianArrays& host) {
+    count_ = host.count;
+    sh_degree_ = host.sh_degree;
+    compensate_ = host.compensate;
   }
   float* sh() override { return coefficients.data(); }
   const float* sh() const override { return coefficients.data(); }

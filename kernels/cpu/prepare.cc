@@ -64,7 +64,7 @@ Piece ProjectPiece(const CpuModel& model, const CameraParams& camera, const Tile
     VisibleSplat visible{};
     Splat& splat = visible.splat;
     if (!ProjectGaussian(camera, {mean[0], mean[1], mean[2]}, model.covariances[size_t(g)],
-                         model.opacities[size_t(g)], &splat)) {
+                         model.opacities[size_t(g)], model.compensate(), &splat)) {
       continue;
     }
     const Reach reach = ReachOf(splat);

@@ -22,9 +22,10 @@ struct ViewTotals {
 
 // View-independent attributes; the 3D covariance is computed once, at upload.
 struct CudaModel : Model {
-  CudaModel(int64_t count, int degree) {
-    count_ = count;
-    sh_degree_ = degree;
+  explicit CudaModel(const GaussianArrays& host) {
+    count_ = host.count;
+    sh_degree_ = host.sh_degree;
+    compensate_ = host.compensate;
   }
   float* sh() override { return coefficients.data(); }
   const float* sh() const override { return coefficients.data(); }

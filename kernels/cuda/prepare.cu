@@ -22,10 +22,18 @@ __global__ void ActivateKernel(int64_t count, const float* means, const float* q
   mean_opacity[g] = {means[3 * g], means[3 * g + 1], means[3 * g + 2], Sigmoid(logits[g])};
 }
 
-__device__ bool Project(const CameraParams& camera, const float4& mean_opacity,
-                        const Covariance3& covariance, Splat* splat, Reach* reach) {
-  if (!ProjectGaussian(camera, {mean_opacity.x, mean_opacity.y, mean_opacity.z}, covariance,
-                       mean_opacity.w, splat)) {
+// Of a CudaModel.
+struct Gaussians {
+  const float4* mean_opacity;
+  const Covariance3* covariances;
+  bool compensate;
+};
+
+__device__ bool Project(const CameraParams& camera, const Gaussians& model, int64_t g, Splat* splat,
+                        Reach* reach) {
+  const float4 mean_opacity = model.mean_opacity[g];
+  if (!ProjectGaussian(camera, {mean_opacity.x, mean_opacity.y, mean_opacity.z},
+                       model.covariances[g], mean_opacity.w, model.compensate, splat)) {
     return false;
   }
   *reach = ReachOf(*splat);
@@ -100,8 +108,7 @@ struct Counted {
 };
 
 __global__ void __launch_bounds__(kThreads)
-    CountTilesKernel(int64_t count, CameraParams camera, const float4* mean_opacity,
-                     const Covariance3* covariances, Counted out) {
+    CountTilesKernel(int64_t count, CameraParams camera, Gaussians model, Counted out) {
   const int64_t g = int64_t(blockIdx.x) * blockDim.x + threadIdx.x;
   for (int64_t i = g; i < out.grid_tiles; i += int64_t(gridDim.x) * blockDim.x) {
     out.ranges[i] = {0, 0};
@@ -110,7 +117,7 @@ __global__ void __launch_bounds__(kThreads)
   Splat splat;
   Reach reach;
   TileRows strips{0, -1, 0, 0};
-  if (g < count && Project(camera, mean_opacity[g], covariances[g], &splat, &reach)) {
+  if (g < count && Project(camera, model, g, &splat, &reach)) {
     strips = ReachedRows(TileGrid(camera), reach, splat.y);
   }
   unsigned number = 0;
@@ -205,9 +212,9 @@ __global__ void __launch_bounds__(kOrderThreads)
 
 // Rows in their final order: the splat of each, and where its entries end.
 __global__ void __launch_bounds__(kThreads)
-    RowsKernel(int64_t count, CameraParams camera, const int32_t* gaussians,
-               const float4* mean_opacity, const Covariance3* covariances, const uint32_t* tiles,
-               ScanState scan, int32_t* rows, Splat* splats, uint32_t* ends) {
+    RowsKernel(int64_t count, CameraParams camera, const int32_t* gaussians, Gaussians model,
+               const uint32_t* tiles, ScanState scan, int32_t* rows, Splat* splats,
+               uint32_t* ends) {
   const int block = scan.NextBlock();
   const int64_t r = int64_t(block) * kThreads + threadIdx.x;
   unsigned number = 0;
@@ -215,7 +222,7 @@ __global__ void __launch_bounds__(kThreads)
     const int32_t g = gaussians[r];
     Splat splat;
     Reach reach;
-    Project(camera, mean_opacity[g], covariances[g], &splat, &reach);
+    Project(camera, model, g, &splat, &reach);
     rows[r] = g;
     splats[r] = splat;
     number = tiles[g];
@@ -368,7 +375,7 @@ void BinRows(const uint32_t* ends, int64_t entries, CudaViewGeometry* view, cuda
 }  // namespace
 
 std::unique_ptr<CudaModel> Upload(const GaussianArrays& host, cudaStream_t stream) {
-  auto model = std::make_unique<CudaModel>(host.count, host.sh_degree);
+  auto model = std::make_unique<CudaModel>(host);
   const size_t n = size_t(host.count), k = size_t(model->num_sh_coeffs());
   const auto copy = [&](const float* from, size_t count) {
     Scratch<float> to(stream, count);
@@ -411,8 +418,10 @@ std::shared_ptr<CudaViewGeometry> Prepare(const CudaModel& model, const CameraPa
   const Scratch<unsigned long long> scan_words(stream, ScanState::Words(Blocks(n, kThreads)));
   const ScanState scan(scan_words.data(), Blocks(n, kThreads));
   HostWords<ViewTotals> totals;
+  const Gaussians gaussians{model.mean_opacity.data(), model.covariances.data(),
+                            model.compensate()};
   CountTilesKernel<<<Blocks(n, kThreads), kThreads, 0, stream>>>(
-      n, camera, model.mean_opacity.data(), model.covariances.data(),
+      n, camera, gaussians,
       {tiles.data(), depths.data(), indices.data(), view->ranges.data(), grid_tiles, scan,
        model.totals.data(), totals.device()});
   Check(cudaGetLastError(), "CountTilesKernel");
@@ -440,9 +449,8 @@ std::shared_ptr<CudaViewGeometry> Prepare(const CudaModel& model, const CameraPa
     Check(cudaGetLastError(), "SettleOrderKernel");
   }
   RowsKernel<<<Blocks(rows, kThreads), kThreads, 0, stream>>>(
-      rows, camera, settles ? indices.data() : order.data(), model.mean_opacity.data(),
-      model.covariances.data(), tiles.data(), scan, view->gaussians.data(), view->splats.data(),
-      ends.data());
+      rows, camera, settles ? indices.data() : order.data(), gaussians, tiles.data(), scan,
+      view->gaussians.data(), view->splats.data(), ends.data());
   Check(cudaGetLastError(), "RowsKernel");
   BinRows(ends.data(), entries, view.get(), stream);
   view->order = Scratch<int32_t>(stream, size_t(grid_tiles));

@@ -11,6 +11,7 @@
 #include "base/files.h"
 #include "base/option_name.h"
 #include "base/ranks.h"
+#include "opening/render_model.h"
 #include "opening/virtual_views.h"
 #include "scene/sh_band4.h"
 #include "splat_io/splat_checksum.h"
@@ -55,6 +56,9 @@ void SessionOptions::Check() const {
               OptionName("holdout") + " must be 0 (none) or at least 2");
   CheckOption(backend == "auto" || backend == "cpu" || backend == "cuda",
               OptionName("backend") + ": '" + backend + "' is not auto, cpu or cuda");
+  CheckOption(!render_model || *render_model == RenderModel::kDefault ||
+                  *render_model == RenderModel::kMip,
+              OptionName("render_model") + " is default or mip");
   VirtualViewOptions placed;
   placed.views = views;
   placed.Check();
@@ -72,6 +76,7 @@ std::unique_ptr<OpenScene> OpenScene::Open(const fs::path& workspace, const fs::
     Workspace opened;
     if (!workspace.empty()) opened = OpenWorkspace(workspace, options);
     GaussianModel model = ReadSplat(splat, monitor);
+    ChooseRenderModel(options.render_model, splat, workspace, model);
     monitor.ThrowIfCancelled();
     if (workspace.empty()) opened = PlacedViews(model, options, monitor);
     scene = std::make_unique<OpenScene>(std::move(opened), std::move(model), options);
@@ -102,6 +107,8 @@ OpenScene::OpenScene(std::shared_ptr<const Workspace> workspace, GaussianModel m
       part_(std::move(part)),
       backend_(backend ? std::move(backend) : OpenBackend(options.backend)) {
   options_.Check();
+  ChooseRenderModel(options_.render_model, part_ ? part_->file->path() : fs::path(),
+                    workspace_->root, model_);
   cache_ = std::make_shared<GeometryCache>(options_.cache_bytes);
   renderer_ = std::make_unique<Renderer>(backend_, model_, RenderOptions(), cache_);
   SplitViews();

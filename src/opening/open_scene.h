@@ -43,6 +43,7 @@ struct SessionOptions {
   // The place of the splat in the workspace's world. Cameras, points and depth maps are moved into
   // the splat's frame, so that the splat itself keeps every bit.
   Sim3d world_from_splat;
+  std::optional<RenderModel> render_model;  // kDefault or kMip, whatever the files say
   // Of a splat without a workspace: how many views are placed around it, or the COLMAP model that
   // has them already.
   int views = 40;

@@ -361,7 +361,7 @@ std::string KeyOf(const GaussianModel& model, const VirtualViewOptions& options)
   constexpr int kVersion = 1;
   StageKey key("views");
   key.AddValue(kVersion).AddValue(options.views).AddValue(options.width).AddValue(options.height);
-  key.AddValue(model.sh_degree);
+  key.AddValue(model.sh_degree).AddValue(model.traits.render_model);
   for (const auto* values :
        {&model.means, &model.quats_wxyz, &model.log_scales, &model.opacity_logits, &model.sh}) {
     key.Add({reinterpret_cast<const char*>(values->data()), values->size() * sizeof(float)});

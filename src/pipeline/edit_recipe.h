@@ -15,6 +15,7 @@
 #include "editing/edit_options.h"
 #include "recolor/color_edit.h"
 #include "recolor/finer_gaussians.h"
+#include "scene/splat_traits.h"
 
 namespace retint {
 
@@ -59,6 +60,7 @@ struct EditRecipe {
   std::filesystem::path workspace, splat, images;  // no workspace: views are placed
   std::string model;                               // of the workspace; empty: the largest
   std::string world_from_splat;  // as WorldFromSplatOf() reads it; empty: the same frame
+  std::optional<RenderModel> render_model;  // instead of the splat's
   int views = 0;                 // that are placed; 0: as many as without a recipe
   int holdout = 0;
   uint64_t seed = 0;

@@ -90,7 +90,8 @@ RefineOptions JobReader::Refine(const Node& node) const {
 }
 
 void JobReader::Scene(const Node& node, EditRecipe* job) const {
-  node.AllowOnly({"workspace", "splat", "images", "model", "world_from_splat", "views", "holdout"});
+  node.AllowOnly({"workspace", "splat", "images", "model", "world_from_splat", "render_model",
+                  "views", "holdout"});
   job->workspace = OptionalPath(node, "workspace");
   job->splat = Path(node.At("splat"));
   job->images = OptionalPath(node, "images");
@@ -107,6 +108,10 @@ void JobReader::Scene(const Node& node, EditRecipe* job) const {
     job->world_from_splat = node.At("world_from_splat").Text();
     const fs::path file = Path(node.At("world_from_splat"));
     if (IsFile(file)) job->world_from_splat = file.string();
+  }
+  if (node.Has("render_model")) {
+    job->render_model = ChosenRenderModel(node.At("render_model").Text());
+    if (!job->render_model) node.At("render_model").Fail("is not default or mip");
   }
   if (node.Has("holdout")) {
     job->holdout = node.At("holdout").Int(0, 1000000);

@@ -121,6 +121,9 @@ std::string JobSchema() {
        {"world_from_splat",
         Text("where the splat lies in the workspace's world: a .json file, or the 12 or 16 numbers "
              "of a matrix, by rows; else in the same frame")},
+       {"render_model",
+        {{"enum", {"default", "mip"}},
+         {"description", "how the splat was trained; else the files say it"}}},
        {"views", {{"type", "integer"}, {"minimum", 2}, {"maximum", 400}, {"default", 40}}},
        {"holdout", {{"type", "integer"}, {"minimum", 0}, {"maximum", 1000000}, {"default", 0}}}},
       {"splat"});

@@ -165,7 +165,9 @@ struct Plan {
 
 Plan PlanOf(const GaussianModel& model, size_t g, const PartSize& wanted) {
   Plan plan;
-  const double blur = double(wanted.blur);
+  // The opacity of an antialiased Gaussian makes up for what it is widened by.
+  const bool is_mip = model.traits.render_model == RenderModel::kMip;
+  const double blur = is_mip ? 0 : double(wanted.blur);
   double size = double(wanted.deviation);
   plan.opacity = 1 / (1 + std::exp(-double(model.opacity_logits[g])));
   if (!(size > 0) || plan.opacity < kLeastOpacity) return plan;
@@ -332,6 +334,7 @@ FinerGaussians CopyParents(const GaussianModel& model, std::vector<int32_t> pare
   for (size_t row = 0; row < finer.parents.size(); ++row) {
     CopyGaussian(model, size_t(finer.parents[row]), finer.model, row);
   }
+  finer.model.traits = model.traits;
   finer.model.source = LayoutFor(model.source, finer.parents);
   return finer;
 }

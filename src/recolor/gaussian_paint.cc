@@ -53,7 +53,8 @@ double WholeWeight(const GaussianModel& model, size_t g, const CameraParams& cam
   Splat splat{};
   const Covariance3 covariance = CovarianceOf(&model.quats_wxyz[4 * g], &model.log_scales[3 * g]);
   if (!ProjectGaussian(camera, {mean[0], mean[1], mean[2]}, covariance,
-                       Sigmoid(model.opacity_logits[g]), &splat)) {
+                       Sigmoid(model.opacity_logits[g]),
+                       model.traits.render_model == RenderModel::kMip, &splat)) {
     return 0;
   }
   // The conic carries log2(e): the integral of 2^(a x^2 + b x y + c y^2).

@@ -82,13 +82,15 @@ Renderer::Renderer(std::shared_ptr<Backend> backend, const GaussianModel& model,
       scratch_(std::make_unique<Scratch>()) {
   options.Check();
   model.Validate();
-  model_ = backend_->blend().UploadModel({.means = model.means.data(),
-                                          .quats_wxyz = model.quats_wxyz.data(),
-                                          .log_scales = model.log_scales.data(),
-                                          .opacity_logits = model.opacity_logits.data(),
-                                          .sh = model.sh.data(),
-                                          .count = static_cast<int64_t>(model.NumGaussians()),
-                                          .sh_degree = model.sh_degree});
+  model_ = backend_->blend().UploadModel(
+      {.means = model.means.data(),
+       .quats_wxyz = model.quats_wxyz.data(),
+       .log_scales = model.log_scales.data(),
+       .opacity_logits = model.opacity_logits.data(),
+       .sh = model.sh.data(),
+       .count = static_cast<int64_t>(model.NumGaussians()),
+       .sh_degree = model.sh_degree,
+       .compensate = model.traits.render_model == RenderModel::kMip});
   scratch_->background = backend_->Upload(std::span<const float>(options.background));
 }
 

@@ -13,10 +13,12 @@
 #include <future>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "base/monitor.h"
 #include "editing/edit_session.h"
+#include "scene/splat_traits.h"
 
 namespace retint {
 
@@ -29,6 +31,7 @@ struct SessionSnapshot {
   std::shared_ptr<const Reconstruction> views;           // of a splat without a workspace
   std::string model;                                     // see SessionOptions
   Sim3d world_from_splat;
+  std::optional<RenderModel> render_model;
   std::shared_future<FileChecksum> checksum;  // of the splat
   size_t gaussians = 0;
   int sh_degree = 0;
@@ -77,6 +80,7 @@ struct SessionInfo {
   std::filesystem::path workspace, image_folder, splat, view_folder;
   std::string model;
   Sim3d world_from_splat;
+  std::optional<RenderModel> render_model;
   FileChecksum checksum;
   int holdout = 0;
   std::array<float, 3> background = {0, 0, 0};

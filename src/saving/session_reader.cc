@@ -371,10 +371,15 @@ SessionInfo InfoFrom(const Json& json, const fs::path& folder) {
       CheckSum(ReadSum(views.At(file)), info.view_folder / file);
     }
   }
-  // Sessions of earlier programs have neither.
+  // Sessions of earlier programs lack these.
   if (root.Has("model")) info.model = root.At("model").Text();
   if (root.Has("world_from_splat")) {
     info.world_from_splat = session_json::ReadSimilarity(root.At("world_from_splat"));
+  }
+  if (root.Has("render_model") && !root.At("render_model").IsNull()) {
+    const Node name = root.At("render_model");
+    info.render_model = ChosenRenderModel(name.Text());
+    if (!info.render_model) name.Fail("is not default or mip");
   }
   if (!root.At("images").IsNull()) {
     info.image_folder = FirstOf(root.At("images"), folder, IsFolder);
@@ -430,6 +435,7 @@ OpenedSession OpenOnce(const fs::path& folder, SessionOptions options, Monitor& 
   options.view_folder = info.view_folder;
   options.model = info.model;
   options.world_from_splat = info.world_from_splat;
+  if (!options.render_model) options.render_model = info.render_model;
   options.holdout = info.holdout;
   options.background = info.background;
   OpenedSession opened;

@@ -306,6 +306,8 @@ Json SessionWriter::Impl::Manifest(Run& run, const SessionSnapshot& snapshot,
           {"images", path_or_null(snapshot.image_folder)},
           {"model", snapshot.model},
           {"world_from_splat", session_json::SimilarityJson(snapshot.world_from_splat)},
+          {"render_model",
+           snapshot.render_model ? Json(NameOf(*snapshot.render_model)) : Json(nullptr)},
           {"views", views},
           {"splat", splat},
           {"holdout", snapshot.holdout},
@@ -328,6 +330,7 @@ SessionSnapshot TakeSnapshot(const EditSession& session) {
   }
   snapshot.model = session.scene().options().model;
   snapshot.world_from_splat = session.scene().options().world_from_splat;
+  snapshot.render_model = session.scene().options().render_model;
   if (!session.scene().options().image_folder.empty()) {
     snapshot.image_folder = fs::absolute(session.scene().options().image_folder).lexically_normal();
   }

@@ -14,6 +14,7 @@
 #include "splat_io/ply_rows.h"
 #include "splat_io/row_vectors.h"
 #include "splat_io/splat_row.h"
+#include "splat_io/splat_tags.h"
 
 namespace retint {
 namespace {
@@ -255,7 +256,7 @@ void CheckLength(const PlyHeader& header, const Layout& layout, uint64_t file_by
 
 std::string HeaderText(const GaussianModel& model, const Layout& layout) {
   std::string text = "ply\nformat binary_little_endian 1.0\n";
-  for (const std::string& comment : model.source.comments) text += comment + "\n";
+  for (const std::string& comment : TaggedComments(model)) text += comment + "\n";
   text += "element chunk " + std::to_string(layout.NumChunks()) + "\n";
   for (size_t i = 0; i < layout.chunk_floats; ++i) {
     text += std::string("property float ") + kChunkColumns[i] + "\n";
@@ -423,6 +424,8 @@ GaussianModel CompressedPlyCodec::Read(const std::filesystem::path& path, Monito
     model.source.notes.push_back(BytesLeftOut(path, body - layout.Bytes(), layout.count));
   }
   model.source.comments = header.comments;
+  ReadTags(model);
+  NoteRenderModel(model);
   model.source.packed_format = kMark + std::to_string(layout.chunk_floats);
   ReservePopulated(model.source.packed, layout.KeptBytes());
   model.source.packed.resize(layout.KeptBytes());
@@ -487,7 +490,7 @@ void CompressedPlyCodec::Write(const std::filesystem::path& path, const Gaussian
 }
 
 std::vector<std::string> CompressedPlyCodec::Losses(const GaussianModel& model) const {
-  return CommonLosses(model, 3, Name());
+  return CommonLosses(model, 3, Name(), kAllRenderModels, kAllColorSpaces);
 }
 
 std::vector<uint32_t> CompressedPlyCodec::WriteOrder(const GaussianModel& model) const {

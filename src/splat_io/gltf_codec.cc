@@ -3,6 +3,7 @@
 
 #include <array>
 #include <functional>
+#include <optional>
 #include <unordered_set>
 
 #include <Eigen/Geometry>
@@ -194,12 +195,23 @@ class SceneReader {
     if (kernel && !IsText(kernel, "ellipse")) {
       file_.Fail("its Gaussians have another kernel than ellipse, which is not supported");
     }
-    const Json* space = Member(extension, "colorSpace");
-    if (space && !IsText(space, "srgb_rec709_display")) {
-      model_.source.notes.push_back(
-          "the colors' space is not srgb_rec709_display: they are used "
-          "as they are");
+    TakeColorSpace(Member(extension, "colorSpace"));
+  }
+
+  // Of each primitive; all have one.
+  void TakeColorSpace(const Json* name) {
+    std::optional<ColorSpace> space = ColorSpace::kSrgbDisplay;
+    if (name) space = name->is_string() ? ColorSpaceNamed(name->get<std::string>()) : std::nullopt;
+    if (!space) {
+      model_.source.notes.push_back("the colors' space is not known, " +
+                                    name->dump().substr(0, 80) +
+                                    ": they are read as srgb_rec709_display");
+      space = ColorSpace::kSrgbDisplay;
     }
+    if (!placed_.empty() && *space != model_.traits.color_space) {
+      file_.Fail("its Gaussians are in several color spaces, which is not supported");
+    }
+    model_.traits.color_space = *space;
   }
 
   uint64_t Accessor(const Json& primitive, const std::string& attribute) const {
@@ -399,13 +411,15 @@ std::vector<Segment> Segments(const GaussianModel& model) {
   segments.push_back({"POSITION", 12, accessor(kFloat, "VEC3"),
                       [](const SplatRow& row, char* to) { StoreFloats(row.mean, to); }});
   // Linear, as glTF's colors of vertices are ("Fallback Behavior").
-  segments.push_back({"COLOR_0", 4, accessor(kByte, "VEC4"), [](const SplatRow& row, char* to) {
-                        for (size_t i = 0; i < 3; ++i) {
-                          const double color = 0.5 + double{kShC0} * row.sh[i];
-                          to[i] = static_cast<char>(RoundTo(255 * LinearOfSrgb(color), 255));
-                        }
-                        to[3] = static_cast<char>(RoundTo(255 * Sigmoid(row.opacity_logit), 255));
-                      }});
+  const bool linear = IsLinear(model.traits.color_space);
+  segments.push_back(
+      {"COLOR_0", 4, accessor(kByte, "VEC4"), [linear](const SplatRow& row, char* to) {
+         for (size_t i = 0; i < 3; ++i) {
+           const double color = 0.5 + double{kShC0} * row.sh[i];
+           to[i] = static_cast<char>(RoundTo(255 * (linear ? color : LinearOfSrgb(color)), 255));
+         }
+         to[3] = static_cast<char>(RoundTo(255 * Sigmoid(row.opacity_logit), 255));
+       }});
   segments.back().accessor["normalized"] = true;
   segments.push_back(
       {Attribute("ROTATION"), 16, accessor(kFloat, "VEC4"), [](const SplatRow& row, char* to) {
@@ -462,8 +476,10 @@ Json Document(const GaussianModel& model, std::vector<Segment>& segments, uint64
     accessors.push_back(segment.accessor);
     bytes += length;
   }
+  const ColorSpace space =
+      IsLinear(model.traits.color_space) ? ColorSpace::kLinearDisplay : ColorSpace::kSrgbDisplay;
   const Json extension = {{"kernel", "ellipse"},
-                          {"colorSpace", "srgb_rec709_display"},
+                          {"colorSpace", NameOf(space)},
                           {"sortingMethod", "cameraDistance"},
                           {"projection", "perspective"}};
   Json primitive = {{"mode", 0}};
@@ -567,7 +583,7 @@ void GltfCodec::Write(const std::filesystem::path& path, const GaussianModel& mo
 }
 
 std::vector<std::string> GltfCodec::Losses(const GaussianModel& model) const {
-  return CommonLosses(model, 3, Name());
+  return CommonLosses(model, 3, Name(), {}, std::array{ColorSpace::kLinearDisplay});
 }
 
 }  // namespace retint

@@ -18,6 +18,7 @@
 #include "splat_io/ply_ascii.h"
 #include "splat_io/ply_rows.h"
 #include "splat_io/splat_row.h"
+#include "splat_io/splat_tags.h"
 
 namespace retint {
 namespace {
@@ -113,7 +114,9 @@ void CheckWritable(const GaussianModel& model, const std::filesystem::path& path
 // missing ones follow the last SH column.
 std::vector<std::string> ColumnOrder(const GaussianModel& model,
                                      const std::vector<PlyField>& fields) {
-  const std::vector<std::string> canonical = CanonicalOrder(FileDegree(model));
+  std::vector<std::string> canonical = CanonicalOrder(FileDegree(model));
+  // A disc has no thickness.
+  if (model.traits.render_model == RenderModel::k2dgs) std::erase(canonical, "scale_2");
   if (model.source.property_order.empty()) return canonical;
   std::unordered_set<std::string_view> wanted;
   for (const PlyField& field : fields) wanted.insert(field.columns.begin(), field.columns.end());
@@ -139,7 +142,7 @@ std::string HeaderText(const GaussianModel& model, const std::vector<std::string
   std::unordered_map<std::string_view, std::string_view> types;
   for (const ExtraColumn& extra : model.source.extras) types[extra.name] = extra.type;
   std::string text = "ply\nformat binary_little_endian 1.0\n";
-  for (const std::string& comment : model.source.comments) text += comment + "\n";
+  for (const std::string& comment : TaggedComments(model)) text += comment + "\n";
   text += "element vertex " + std::to_string(model.NumGaussians()) + "\n";
   for (const std::string& column : order) {
     const auto found = types.find(column);
@@ -169,7 +172,10 @@ class RowWriter {
     }
     for (const PlyField& field : fields) {
       std::vector<size_t>& scatter = scatters_.emplace_back();
-      for (const std::string& column : field.columns) scatter.push_back(offsets.at(column));
+      for (const std::string& column : field.columns) {
+        const auto found = offsets.find(column);
+        scatter.push_back(found == offsets.end() ? SIZE_MAX : found->second);
+      }
     }
     for (const ExtraColumn& extra : model.source.extras) {
       const auto found = offsets.find(extra.name);
@@ -187,7 +193,9 @@ class RowWriter {
       const float* from = (model_.*fields_[f].values).data() + first * width;
       for (size_t r = 0; r < count; ++r) {
         char* row = rows + r * stride_;
-        for (size_t j = 0; j < width; ++j) std::memcpy(row + scatter[j], from + r * width + j, 4);
+        for (size_t j = 0; j < width; ++j) {
+          if (scatter[j] != SIZE_MAX) std::memcpy(row + scatter[j], from + r * width + j, 4);
+        }
       }
     }
     for (const auto& [extra, offset] : extras_) {

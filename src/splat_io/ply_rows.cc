@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/option_name.h"
 #include "splat_io/splat_row.h"
+#include "splat_io/splat_tags.h"
 
 namespace retint {
 namespace {
@@ -17,6 +18,8 @@ namespace {
 static_assert(std::endian::native == std::endian::little);
 
 using ColumnOffsets = std::unordered_map<std::string, size_t>;
+
+constexpr const char* kThickness = "scale_2";  // of a Gaussian, which a disc of 2DGS has not
 
 std::string Indexed(std::string_view prefix, int i) {
   return std::string(prefix) + std::to_string(i);
@@ -50,17 +53,18 @@ int InferDegree(const PlyElement& vertex, const std::filesystem::path& path) {
                              " f_rest_* columns; 0, 9, 24, 45 or 72 make an SH degree of 0 to 4");
 }
 
-void RequireColumns(const std::vector<PlyField>& fields, const ColumnOffsets& offsets,
-                    const std::filesystem::path& path) {
+// All are there, or all but the thickness of 2D Gaussians. Whether those are they.
+bool RequireColumns(const PlyLayout& layout, const std::filesystem::path& path) {
   std::string missing;
   int count = 0;
-  for (const PlyField& field : fields) {
+  for (const PlyField& field : layout.fields) {
     for (const std::string& column : field.columns) {
-      if (offsets.contains(column)) continue;
+      if (layout.offsets.contains(column)) continue;
       if (++count <= 8) missing += (count > 1 ? ", " : "") + column;
     }
   }
-  if (count == 0) return;
+  const bool is_flat = missing == kThickness;
+  if (count == 0 || is_flat) return is_flat;
   throw InputError(path, "not a 3DGS .ply: vertex lacks " + missing +
                              (count > 8 ? ", ... (" + std::to_string(count) + " in all)" : ""));
 }
@@ -176,7 +180,7 @@ PlyLayout ReadPlyLayout(const InputFile& file) {
   layout.degree = InferDegree(vertex, path);
   layout.fields = PlyFields(layout.degree);
   layout.stride = LayOutRow(vertex, layout.fields, path, layout.offsets, layout.source);
-  RequireColumns(layout.fields, layout.offsets, path);
+  layout.is_flat = RequireColumns(layout, path);
   CheckLength(layout.header, layout.stride, file.size(), path, layout.source);
   return layout;
 }
@@ -196,11 +200,18 @@ PlyRowReader::PlyRowReader(const PlyLayout& layout, GaussianModel& model,
   for (const PlyField& field : fields_) {
     Gather& gather = gathers_.emplace_back();
     for (const std::string& column : field.columns) {
-      gather.offsets.push_back(layout.offsets.at(column));
+      const bool lacks = layout.is_flat && column == kThickness;
+      gather.offsets.push_back(lacks ? SIZE_MAX : layout.offsets.at(column));
       gather.is_double.push_back(doubles.contains(column));
       gather.any_double |= doubles.contains(column);
     }
   }
+  ReadTags(model);
+  if (layout.is_flat) {
+    model.traits.render_model = RenderModel::k2dgs;
+    model.traits.render_model_reason = "two scales a Gaussian";
+  }
+  NoteRenderModel(model);
   for (ExtraColumn& extra : model.source.extras) {
     extra.bytes.resize(model.NumGaussians() * static_cast<size_t>(extra.bytes_per_value));
     extra_offsets_.push_back(layout.offsets.at(extra.name));
@@ -215,7 +226,11 @@ void PlyRowReader::Take(const char* rows, size_t first, size_t count, const uint
     for (size_t r = 0; r < count; ++r) {
       const char* row = rows + r * stride_;
       for (size_t j = 0; j < width; ++j) {
-        std::memcpy(to + r * width + j, row + gather.offsets[j], 4);
+        if (gather.offsets[j] == SIZE_MAX) {
+          to[r * width + j] = LogScale(0);
+        } else {
+          std::memcpy(to + r * width + j, row + gather.offsets[j], 4);
+        }
       }
     }
     if (gather.any_double) TakeDoubles(gather, rows, count, to);

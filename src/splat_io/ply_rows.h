@@ -37,6 +37,7 @@ struct PlyLayout {
   std::unordered_map<std::string, size_t> offsets;  // of a column in a binary row, bytes
   size_t stride = 0;                                // of a binary row, bytes
   SourceLayout source;                              // without data
+  bool is_flat = false;                             // 2D Gaussians, which have no scale_2
   uint64_t count() const { return header.elements[0].count; }
 };
 
@@ -49,6 +50,7 @@ std::string BytesLeftOut(const std::filesystem::path& path, uint64_t bytes, uint
 class PlyRowReader {
  public:
   // Fills `model`, which has the size and the source of `layout`; all must outlive the reader.
+  // Takes the render model and the color space from the header, and notes what they cost.
   PlyRowReader(const PlyLayout& layout, GaussianModel& model, const std::filesystem::path& path,
                BadRows bad);
 
@@ -59,7 +61,7 @@ class PlyRowReader {
 
  private:
   struct Gather {                 // a field's columns
-    std::vector<size_t> offsets;  // bytes in a row
+    std::vector<size_t> offsets;  // bytes in a row; SIZE_MAX: a scale that the file lacks
     std::vector<bool> is_double;
     bool any_double = false;
   };

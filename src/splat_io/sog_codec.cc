@@ -13,6 +13,7 @@
 #include "splat_io/sog_files.h"
 #include "splat_io/sog_writer.h"
 #include "splat_io/splat_row.h"
+#include "splat_io/splat_tags.h"
 
 namespace retint {
 namespace {
@@ -101,6 +102,7 @@ class Scene {
     for (const Step& step : steps_) {
       if (step.fault) std::rethrow_exception(step.fault);
     }
+    TakeRenderModel();
     monitor_.Step("load", 1, 1);
     return std::move(model_);
   }
@@ -206,6 +208,26 @@ class Scene {
         step.fault = std::current_exception();
       }
     }
+  }
+
+  // "model" is PlayCanvas' word of 2026, "antialias" the earlier one.
+  void TakeRenderModel() {
+    SplatTraits& traits = model_.traits;
+    const Json& model = meta_.contains("model") ? meta_["model"] : Json();
+    const bool is_flagged = meta_.contains("antialias") && meta_["antialias"] == true;
+    if (model == "antialiased" || (is_flagged && !model.is_string())) {
+      traits.render_model = RenderModel::kMip;
+    } else if (model == "2dgs") {
+      traits.render_model = RenderModel::k2dgs;
+    } else if (model.is_string() && model != "default") {
+      model_.source.notes.push_back("meta.json names a model that is not known, " +
+                                    model.dump().substr(0, 80) + ": rendered as default");
+    }
+    if (traits.render_model != RenderModel::kDefault) {
+      traits.render_model_reason =
+          "meta.json's \"" + std::string(is_flagged ? "antialias" : "model") + "\"";
+    }
+    NoteRenderModel(model_);
   }
 
   void KeepTables() {
@@ -367,7 +389,7 @@ void SogCodec::Write(const std::filesystem::path& path, const GaussianModel& mod
 }
 
 std::vector<std::string> SogCodec::Losses(const GaussianModel& model) const {
-  return CommonLosses(model, 3, Name());
+  return CommonLosses(model, 3, Name(), std::array{RenderModel::kMip, RenderModel::k2dgs});
 }
 
 std::vector<uint32_t> SogCodec::WriteOrder(const GaussianModel& model) const {

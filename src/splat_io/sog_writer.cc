@@ -62,6 +62,12 @@ class Encoder {
     AddRotations();
     AddColors();
     if (model_.sh_degree > 0) AddBands();
+    if (model_.traits.render_model == RenderModel::kMip) {
+      meta_["model"] = "antialiased";
+      meta_["antialias"] = true;
+    } else if (model_.traits.render_model == RenderModel::k2dgs) {
+      meta_["model"] = "2dgs";
+    }
     files_["meta.json"] = meta_.dump() + "\n";
     return std::move(files_);
   }

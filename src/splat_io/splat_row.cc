@@ -98,7 +98,9 @@ void ValidateWrite(const GaussianModel& model, const std::filesystem::path& path
 }
 
 std::vector<std::string> CommonLosses(const GaussianModel& model, int max_sh_degree,
-                                      std::string_view format) {
+                                      std::string_view format,
+                                      std::span<const RenderModel> render_models,
+                                      std::span<const ColorSpace> color_spaces) {
   std::vector<std::string> losses;
   if (const int degree = HasShBand4(model) ? 4 : model.sh_degree; degree > max_sh_degree) {
     losses.push_back("spherical harmonics above degree " + std::to_string(max_sh_degree) +
@@ -114,6 +116,17 @@ std::vector<std::string> CommonLosses(const GaussianModel& model, int max_sh_deg
   if (!columns.empty()) losses.push_back("columns that only a .ply holds are dropped: " + columns);
   if (!model.source.trailing_header.empty()) {
     losses.emplace_back("elements after the Gaussians, which only a .ply holds, are dropped");
+  }
+  const auto [render_model, reason, space] = model.traits;
+  if (render_model != RenderModel::kDefault &&
+      std::find(render_models.begin(), render_models.end(), render_model) == render_models.end()) {
+    losses.push_back("the render model " + std::string(NameOf(render_model)) + " is lost, which " +
+                     std::string(format) + " cannot say: programs render it as default");
+  }
+  if (space != ColorSpace::kSrgbDisplay &&
+      std::find(color_spaces.begin(), color_spaces.end(), space) == color_spaces.end()) {
+    losses.push_back("the color space " + std::string(NameOf(space)) + " is lost, which " +
+                     std::string(format) + " cannot say: programs show other colors");
   }
   return losses;
 }

@@ -9,7 +9,9 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/error.h"
@@ -100,9 +102,12 @@ void ValidateRead(const GaussianModel& model, const std::filesystem::path& path,
 void ValidateWrite(const GaussianModel& model, const std::filesystem::path& path);
 
 // What `format` (a codec's name) loses, which holds no higher degree and none of the columns that
-// only a .ply holds; one sentence each.
+// only a .ply holds; one sentence each. It says these render models besides kDefault, and these
+// color spaces besides kSrgbDisplay.
 std::vector<std::string> CommonLosses(const GaussianModel& model, int max_sh_degree,
-                                      std::string_view format);
+                                      std::string_view format,
+                                      std::span<const RenderModel> render_models = {},
+                                      std::span<const ColorSpace> color_spaces = {});
 
 template <typename T>
 T LoadAs(const char* from) {

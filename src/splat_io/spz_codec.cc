@@ -22,8 +22,8 @@ namespace {
 constexpr const char* kMark = ".spz";  // SourceLayout::packed holds an SpzData::bytes
 constexpr std::string_view kMagic = "NGSP";
 constexpr size_t kHeader4Bytes = 32;
-constexpr uint8_t kHasExtensions = 2;
-constexpr size_t kMostExtensions = 65536;  // bytes
+constexpr uint8_t kAntialiased = 1, kHasExtensions = 2;  // flags
+constexpr size_t kMostExtensions = 65536;                // bytes
 constexpr uint32_t kCoordinateSystem = 0xADBE0003;
 constexpr size_t kBlockRows = 16384;
 constexpr float kLeastLogScale = -10, kMostLogScale = 255 / 16.0f - 10;
@@ -341,6 +341,10 @@ GaussianModel SpzCodec::Read(const std::filesystem::path& path, Monitor& monitor
         });
   }
   ValidateRead(model, path, bad);
+  if (packed.header.flags & kAntialiased) {
+    model.traits.render_model = RenderModel::kMip;
+    model.traits.render_model_reason = "the flag of antialiased splats";
+  }
   model.source.packed_format = kMark;
   model.source.packed = std::move(packed.bytes);
   return model;
@@ -355,6 +359,9 @@ void SpzCodec::Write(const std::filesystem::path& path, const GaussianModel& mod
   SpzData packed;
   const bool patch = LoadSource(model, packed);
   if (!patch) packed = NewFile(model);
+  const bool is_mip = model.traits.render_model == RenderModel::kMip;
+  packed.header.flags = static_cast<uint8_t>((packed.header.flags & ~kAntialiased) | is_mip);
+  std::memcpy(packed.bytes.data(), &packed.header, kSpzHeaderBytes);
   const size_t count = packed.header.count;
   GaussianModel columns;  // those of degree 4 alone
   if (packed.header.sh_degree > 3) {
@@ -392,7 +399,7 @@ void SpzCodec::Write(const std::filesystem::path& path, const GaussianModel& mod
 }
 
 std::vector<std::string> SpzCodec::Losses(const GaussianModel& model) const {
-  std::vector<std::string> losses = CommonLosses(model, 4, Name());
+  std::vector<std::string> losses = CommonLosses(model, 4, Name(), std::array{RenderModel::kMip});
   const auto clamped = [&](std::span<const float> values, size_t width, float least, float most) {
     size_t gaussians = 0;
     for (size_t g = 0; g < model.NumGaussians(); ++g) {

@@ -7,6 +7,7 @@
 
 #include "base/files.h"
 #include "splat_io/splat_row.h"
+#include "splat_io/splat_tags.h"
 #include "splat_io/usd_package.h"
 #include "splat_io/usd_splats.h"
 #include "splat_io/usda_reader.h"
@@ -128,7 +129,7 @@ void UsdCodec::Write(const std::filesystem::path& path, const GaussianModel& mod
 }
 
 std::vector<std::string> UsdCodec::Losses(const GaussianModel& model) const {
-  return CommonLosses(model, 3, Name());
+  return CommonLosses(model, 3, Name(), {}, kAllColorSpaces);
 }
 
 }  // namespace retint

@@ -13,13 +13,14 @@ namespace {
 struct Shape {
   int width, height;
   int64_t gaussians;
+  bool compensate = false;
 };
-constexpr Shape kShapes[] = {{1, 1, 17},   {33, 47, 0},    {33, 47, 1},
-                             {33, 47, 17}, {160, 90, 400}, {707, 1261, 10000}};
+constexpr Shape kShapes[] = {{1, 1, 17},     {33, 47, 0},          {33, 47, 1},       {33, 47, 17},
+                             {160, 90, 400}, {160, 90, 400, true}, {707, 1261, 10000}};
 
 std::string NameOf(const Shape& shape) {
   return std::to_string(shape.gaussians) + " Gaussians on " + std::to_string(shape.width) + "x" +
-         std::to_string(shape.height);
+         std::to_string(shape.height) + (shape.compensate ? ", antialiased" : "");
 }
 
 // Float against double. Where no decision (alpha < 1/255, T < 1e-4, order) falls the other way,
@@ -50,6 +51,7 @@ class BlendOp : public BackendTest {
   Scene MakeScene(const Shape& shape) {
     Scene scene;
     scene.model = RandomModel(rng_, shape.gaussians);
+    scene.model.compensate = shape.compensate;
     scene.uploaded = backend_->blend().UploadModel(scene.model.arrays());
     scene.view =
         backend_->blend().PrepareView(*scene.uploaded, TestCamera(shape.width, shape.height));

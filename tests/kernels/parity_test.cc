@@ -17,9 +17,11 @@ namespace {
 struct Shape {
   int64_t gaussians;
   int width, height;
+  bool compensate = false;
 };
 std::ostream& operator<<(std::ostream& out, const Shape& shape) {
-  return out << shape.gaussians << "_on_" << shape.width << "x" << shape.height;
+  return out << shape.gaussians << "_on_" << shape.width << "x" << shape.height
+             << (shape.compensate ? "_mip" : "");
 }
 
 // |a - b| / |b| over all values; infinite where a value is not finite or sizes differ.
@@ -82,6 +84,7 @@ class Parity : public testing::TestWithParam<Shape> {
   void Make(int degree = 1) {
     const Shape& shape = GetParam();
     model_ = RandomModel(rng_, shape.gaussians, degree);
+    model_.compensate = shape.compensate;
     camera_ = TestCamera(shape.width, shape.height);
     pixels_ = size_t(shape.width) * size_t(shape.height);
     cpu_.emplace("cpu", model_, camera_);
@@ -529,7 +532,8 @@ INSTANTIATE_TEST_SUITE_P(cuda, Parity,
                          testing::Values(Shape{0, 33, 47}, Shape{1, 1, 1}, Shape{1, 33, 47},
                                          Shape{17, 33, 47}, Shape{10000, 1, 1},
                                          Shape{10000, 707, 1261}, Shape{1000000, 33, 47},
-                                         Shape{1000000, 707, 1261}),
+                                         Shape{1000000, 707, 1261}, Shape{17, 33, 47, true},
+                                         Shape{10000, 707, 1261, true}),
                          testing::PrintToStringParamName());
 
 }  // namespace

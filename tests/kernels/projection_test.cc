@@ -106,7 +106,7 @@ TEST(Projection, CullsWhatCannotBeSeen) {
   const auto visible = [&](const glm::vec3& in_cam, float opacity) {
     Splat splat;
     return ProjectGaussian(camera, world_from_cam * (in_cam - t), {1e-4f, 0, 0, 1e-4f, 0, 1e-4f},
-                           opacity, &splat);
+                           opacity, /*compensate=*/false, &splat);
   };
   EXPECT_TRUE(visible({0, 0, 1}, 0.5f));
   EXPECT_TRUE(visible({0, 0, 0.21f}, 0.5f));
@@ -115,6 +115,36 @@ TEST(Projection, CullsWhatCannotBeSeen) {
   EXPECT_FALSE(visible({0, 0, 1}, 0.0039f));
   EXPECT_TRUE(visible({0, 0, 1}, 0.0040f));
   EXPECT_FALSE(visible({NAN, 0, 1}, 0.5f));
+}
+
+// A round Gaussian of deviation s pixels: S = s^2 I, so the factor is s^2 / (s^2 + 0.3).
+TEST(Projection, AnAntialiasedGaussianKeepsItsLight) {
+  CameraParams camera = TestCamera(64, 64);
+  camera.fy = camera.fx;
+  const glm::mat3 world_from_cam = glm::transpose(RotationOf(camera));
+  const glm::vec3 t(camera.translation[0], camera.translation[1], camera.translation[2]);
+  const glm::vec3 middle = world_from_cam * (glm::vec3(0, 0, 2) - t);
+  const auto splat_of = [&](double deviation, float opacity, bool compensate, Splat* splat) {
+    const auto variance = float(std::pow(deviation * 2 / double(camera.fx), 2));
+    return ProjectGaussian(camera, middle, {variance, 0, 0, variance, 0, variance}, opacity,
+                           compensate, splat);
+  };
+  for (const double s : {0.1, 0.5, 1.0, 10.0}) {
+    Splat plain, mip;
+    ASSERT_TRUE(splat_of(s, 0.9f, false, &plain));
+    ASSERT_TRUE(splat_of(s, 0.9f, true, &mip));
+    const double factor = s * s / (s * s + 0.3);
+    EXPECT_NEAR(std::exp2(double(mip.log2_opacity)), 0.9 * factor, 1e-5) << s;  // floats
+    EXPECT_NEAR(std::exp2(double(plain.log2_opacity)), 0.9, 1e-6) << s;
+    EXPECT_EQ(mip.a, plain.a);
+    EXPECT_EQ(mip.b, plain.b);
+    EXPECT_EQ(mip.c, plain.c);
+  }
+  // The factor ends at 0.005, with which an opaque Gaussian is visible, and one of half is not.
+  Splat least;
+  ASSERT_TRUE(splat_of(1e-4, 1, true, &least));
+  EXPECT_NEAR(std::exp2(double(least.log2_opacity)), 0.005, 1e-6);
+  EXPECT_FALSE(splat_of(1e-4, 0.5f, true, &least));
 }
 
 TEST(Projection, PixelCentresAreColmaps) {

@@ -52,12 +52,17 @@ std::optional<Projected> Project(const TestModel& model, const CameraParams& cam
       -camera.fy * v / t.z();
   const Eigen::Matrix<double, 2, 3> j = jacobian * rotation;
   Projected out;
-  out.covariance = j * sigma * j.transpose() + 0.3 * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d sharp = j * sigma * j.transpose();
+  out.covariance = sharp + 0.3 * Eigen::Matrix2d::Identity();
   out.gaussian = g;
   out.x = camera.fx * t.x() / t.z() + camera.cx;
   out.y = camera.fy * t.y() / t.z() + camera.cy;
   out.z = t.z();
   out.opacity = 1 / (1 + std::exp(-double(model.logits[size_t(g)])));
+  if (model.compensate) {
+    const double ratio = sharp.determinant() / out.covariance.determinant();
+    out.opacity *= std::sqrt(std::max(ratio, 0.005 * 0.005));
+  }
   out.conic = out.covariance.inverse();
   out.depth_slope = out.conic * (j * sigma * rotation.row(2).transpose());
   out.depth_deviation = std::sqrt(rotation.row(2).dot(sigma * rotation.row(2).transpose()));

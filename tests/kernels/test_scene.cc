@@ -31,7 +31,7 @@ std::vector<float> UniformVector(std::mt19937& rng, size_t count, float low, flo
 
 GaussianArrays TestModel::arrays() const {
   return {means.data(), quats.data(), log_scales.data(), logits.data(),
-          sh.data(),    count(),      sh_degree};
+          sh.data(),    count(),      sh_degree,         compensate};
 }
 
 CameraParams TestCamera(int width, int height) {

@@ -24,6 +24,7 @@ std::vector<float> UniformVector(std::mt19937& rng, size_t count, float low, flo
 struct TestModel {
   std::vector<float> means, quats, log_scales, logits, sh;
   int sh_degree = 0;
+  bool compensate = false;
 
   int64_t count() const { return int64_t(logits.size()); }
   int num_coeffs() const { return (sh_degree + 1) * (sh_degree + 1); }

@@ -49,7 +49,8 @@ QString Absolute(const std::filesystem::path& path) {
 }
 
 // A scene as an entry of the recent files: workspace, splat, photos, held-out views, backend,
-// model, frame, placed views. All but the first two may be missing: older entries have fewer parts.
+// model, frame, placed views, render model. All but the first two may be missing: older entries
+// have fewer parts.
 QString RecentEntry(const OpenRequest& request) {
   const SessionOptions& options = request.options;
   return QStringList{Absolute(request.workspace),
@@ -61,7 +62,9 @@ QString RecentEntry(const OpenRequest& request) {
                      QString::fromStdString(IsIdentity(options.world_from_splat)
                                                 ? ""
                                                 : WorldFromSplatToText(options.world_from_splat)),
-                     QString::number(options.views)}
+                     QString::number(options.views),
+                     QString::fromStdString(
+                         options.render_model ? std::string(NameOf(*options.render_model)) : "")}
       .join(kBetween);
 }
 
@@ -80,6 +83,7 @@ OpenRequest RecentRequest(const QString& entry) {
   } catch (const OptionError&) {
     request.options.world_from_splat = {};  // settings that someone wrote by hand
   }
+  request.options.render_model = ChosenRenderModel(parts.value(8).toStdString());
   if (const int views = parts.value(7).toInt(); views >= 2) request.options.views = views;
   return request;
 }

@@ -160,6 +160,19 @@ OpenDialog::OpenDialog(const OpenRequest& start, QWidget* parent) : QDialog(pare
   splat_of_ = workspace_->text().trimmed();
   connect(splat_, &QLineEdit::textEdited, this,
           [this] { splat_of_ = workspace_->text().trimmed(); });
+  render_model_ = new QComboBox;
+  render_model_->setObjectName("render model");
+  render_model_->addItem(tr("as the files say"), "");
+  for (const RenderModel model : {RenderModel::kDefault, RenderModel::kMip}) {
+    const std::string_view name = NameOf(model);
+    const QString text = QString::fromUtf8(name.data(), qsizetype(name.size()));
+    render_model_->addItem(text, text);
+    if (start.options.render_model == model) {
+      render_model_->setCurrentIndex(render_model_->count() - 1);
+    }
+  }
+  render_model_->setToolTip(tr("mip: the splat was trained with an antialiasing filter"));
+  form->addRow(tr("Render &model"), render_model_);
   backend_ = new QComboBox;
   backend_->addItem(tr("best available"), "auto");
   for (const std::string& name : AvailableBackends()) {
@@ -236,6 +249,8 @@ OpenRequest OpenDialog::request() const {
   request.splat = Splat().toStdString();
   request.options.image_folder = photos_->text().trimmed().toStdString();
   request.options.world_from_splat = Frame().value_or(Sim3d{});
+  request.options.render_model =
+      ChosenRenderModel(render_model_->currentData().toString().toStdString());
   request.options.backend = backend_->currentData().toString().toStdString();
   request.options.holdout = holdout_->value() == 1 ? 2 : holdout_->value();
   return request;

@@ -51,7 +51,7 @@ class OpenDialog : public QDialog {
   QLineEdit *workspace_, *splat_, *photos_, *frame_;
   OpenRequest start_;  // the fields that the form does not show stay
   QString splat_of_;   // the workspace that the splat was chosen for; empty: none yet
-  QComboBox* backend_;
+  QComboBox *render_model_, *backend_;
   QSpinBox* holdout_;
   QLabel *problem_, *fit_;
   QPushButton* align_;

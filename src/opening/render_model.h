@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How a splat was trained, and so how it is rendered.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "scene/gaussian_model.h"
+
+namespace retint {
+
+// Sets model.traits.render_model and its reason: `chosen`, if there is one; else what the splat's
+// file said, if it did; else what the trainer's configuration says, config.yml (nerfstudio) or
+// cfg.yml (gsplat) in the splat's folder, the one above, or the workspace's. Either path may be
+// empty.
+void ChooseRenderModel(std::optional<RenderModel> chosen, const std::filesystem::path& splat,
+                       const std::filesystem::path& workspace, GaussianModel& model);
+
+}  // namespace retint
