@@ -92,7 +92,7 @@ struct PackBoxParams {
 // out = edited(image) inside `box`.
 struct EditImageParams {
   const float* image;   // [H, W, 3]
-  const uint8_t* mask;  // [H, W]
+  const uint8_t* mask;  // [H, W]; null: all of the image is edited
   ColorMap map;
   int32_t width, height;
   int32_t box[4];  // as in PackBoxParams

@@ -229,6 +229,12 @@ RETINT_HD void ApplyColorOp(const ColorOp& op, const float* tables, Real* color)
     case ColorOpCode::kPalette:
       MovePalette(tables + op.table, op.size, v[0], color);
       break;
+    case ColorOpCode::kEncode:
+      for (int c = 0; c < 3; ++c) color[c] = SrgbFromLinear(in[c]);
+      break;
+    case ColorOpCode::kDecode:
+      for (int c = 0; c < 3; ++c) color[c] = LinearFromSrgb(in[c]);
+      break;
   }
   if (op.strength == 1) return;
   for (int c = 0; c < 3; ++c) color[c] = in[c] + op.strength * (color[c] - in[c]);
@@ -246,6 +252,17 @@ RETINT_HD void RunColorProgram(const ColorProgram& program, Real* color) {
 // color.
 RETINT_HD void ApplyColorMap(const ColorMap& map, Real share, const Real* color, Real* edited) {
   const Real r = color[0], g = color[1], b = color[2];
+  if (map.program && map.program->linear) {
+    Real full[3];
+    for (int c = 0; c < 3; ++c) full[c] = SrgbFromLinear(color[c]);
+    const Real encoded[3] = {full[0], full[1], full[2]};
+    if (Any(share > 0)) RunColorProgram(*map.program, full);
+    for (int c = 0; c < 3; ++c) {
+      const Real mixed = encoded[c] + share * (full[c] - encoded[c]);
+      edited[c] = Select(share > 0, LinearFromSrgb(mixed), color[c]);
+    }
+    return;
+  }
   if (map.program) {
     Real full[3] = {r, g, b};
     if (Any(share > 0)) RunColorProgram(*map.program, full);

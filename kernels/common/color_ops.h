@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The operations that a color edit is made of, on one pixel. Colors are display-referred sRGB
-// triples, as splats store them; 0 to 1 is what a screen shows, and values outside pass through
+// triples, as most splats store them; 0 to 1 is what a screen shows, and values outside pass through
 // wherever an operation has a meaning there.
 #pragma once
 
@@ -25,6 +25,8 @@ enum class ColorOpCode : int32_t {
   kTable,         // table of size^3 colors, red fastest, over [0, 1]^3
   kSoftClip,      // knee: see SoftClipColor
   kPalette,       // weight of lightness; table of `size` rows: see MovePalette
+  kEncode,        // sRGB from linear light
+  kDecode,        // linear light from sRGB
 };
 
 inline constexpr int kPaletteRow = 7;  // floats
@@ -43,6 +45,7 @@ struct ColorProgram {
   float strength;  // of the whole: color + strength (list(color) - color)
   ColorOp ops[kMaxColorOps];
   const float* tables;  // in the memory of whoever runs the program
+  bool linear = false;  // the colors are light: operations and masks work on their sRGB encodings
 };
 
 // An affine map of each color, or a program, blended in by a soft mask: y + mask / 255 * (delta y +

@@ -204,7 +204,7 @@ void CpuRefitOps::DoUnpackBox(const PackBoxParams& params) {
 void CpuRefitOps::DoEditImage(const EditImageParams& params) {
   ForBoxRows(params.box, [&](int y) {
     const size_t first = size_t(y) * size_t(params.width) + size_t(params.box[0]);
-    edit_colors_(params.map, params.mask + first, params.image + 3 * first,
+    edit_colors_(params.map, params.mask ? params.mask + first : nullptr, params.image + 3 * first,
                  params.box[2] - params.box[0], params.out + 3 * first);
   });
 }

@@ -213,7 +213,8 @@ void CudaRefitOps::DoUnpackBox(const PackBoxParams& params) {
 void CudaRefitOps::DoEditImage(const EditImageParams& params) {
   ForBox(params.box, stream_, "EditImage", [=] __device__(int x, int y, int64_t) {
     const int64_t p = int64_t(y) * params.width + x;
-    ApplyColorMap(params.map, params.mask[p], params.image + 3 * p, params.out + 3 * p);
+    ApplyColorMap(params.map, params.mask ? params.mask[p] : uint8_t{255}, params.image + 3 * p,
+                  params.out + 3 * p);
   });
 }
 

@@ -35,7 +35,9 @@ void ForEachBlock(const std::vector<int32_t>& indices, const Body& body) {
 class ColorPreview::Touched {
  public:
   Touched(const GaussianModel& original, const RegionSet& regions, const RefitJob& job)
-      : num_coeffs_(original.NumShCoeffs()), threshold_(job.options.active_threshold) {
+      : original_(original),
+        num_coeffs_(original.NumShCoeffs()),
+        threshold_(job.options.active_threshold) {
     const size_t count = original.NumGaussians(), block = size_t(num_coeffs_) * 3;
     std::vector<uint8_t> touched(count, 0);
     for (const Region& region : regions.regions) {
@@ -82,7 +84,7 @@ class ColorPreview::Touched {
       std::copy_n(&sh_[i * block], block, &composed_[i * block]);
     });
     composed_ = ComposeSh(backend, regions, job, 0, regions.regions.size(), std::move(composed_),
-                          num_coeffs_, *indices_);
+                          original_, *indices_);
     return composed_;
   }
 
@@ -112,6 +114,7 @@ class ColorPreview::Touched {
     return part;
   }
 
+  const GaussianModel& original_;
   const int num_coeffs_;
   const double threshold_;
   Indices indices_;           // ascending

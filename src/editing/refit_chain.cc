@@ -46,12 +46,14 @@ GaussianModel WithoutExtras(const GaussianModel& model) {
   copy.log_scales = model.log_scales;
   copy.opacity_logits = model.opacity_logits;
   copy.sh = model.sh;
+  copy.traits = model.traits;
   return copy;
 }
 
 FloatArray ComposeSh(Backend& backend, const RegionSet& state, const RefitJob& job, size_t first,
-                     size_t last, FloatArray sh, int num_coeffs,
+                     size_t last, FloatArray sh, const GaussianModel& original,
                      std::span<const int32_t> gaussians) {
+  const int num_coeffs = original.NumShCoeffs();
   for (size_t i = first; i < last; ++i) {
     const Region& region = state.regions[i];
     if (!region.visible) continue;
@@ -60,7 +62,7 @@ FloatArray ComposeSh(Backend& backend, const RegionSet& state, const RefitJob& j
       continue;
     }
     const std::vector<float>& shares = region.selection->shares;
-    const ColorEdit edit = region.EffectiveEdit();
+    const ColorEdit edit = region.EffectiveEdit().OnColorsOf(original);
     const double threshold = job.options.active_threshold;
     const PaintChange paint(sh, num_coeffs, shares, edit, region.paint.get(), threshold, gaussians);
     ApplyClosedForm(backend, sh, num_coeffs, shares, edit, threshold);
@@ -145,7 +147,7 @@ ShSnapshot RefitChain::Snapshot() const {
   const size_t next = refitter_ ? index_ + 1 : index_;
   const auto& regions = input_.state.regions;
   sh = ComposeSh(renderer_.backend(), input_.state, input_.job, next, regions.size(), std::move(sh),
-                 input_.original->NumShCoeffs());
+                 *input_.original);
   snapshot.sh = std::make_shared<const FloatArray>(std::move(sh));
   return snapshot;
 }

@@ -60,10 +60,11 @@ class RefitChain : public OptimizerJob {
 // [N, num_coeffs, 3]: fits where their key is up to date, else closed forms, with paint as each
 // Gaussian takes it by itself. If only the regions before a region have changed, its fit still
 // holds for the Gaussians that none of them touches: an edit of one region does not move another.
-// Of a part of the scene, to which shares and fits were reduced, also which of its Gaussians they
-// are, ascending.
+// `original` is the scene's, of whose coefficients only the layout and the color space count. Of a
+// part of the scene, to which shares and fits were reduced, also which of its Gaussians they are,
+// ascending.
 FloatArray ComposeSh(Backend& backend, const RegionSet& state, const RefitJob& job, size_t first,
-                     size_t last, FloatArray sh, int num_coeffs,
+                     size_t last, FloatArray sh, const GaussianModel& original,
                      std::span<const int32_t> gaussians = {});
 // The scene without the parts of its file that no kernel reads.
 GaussianModel WithoutExtras(const GaussianModel& model);

@@ -169,8 +169,7 @@ void RegionStore::Do(RegionEdit edit, std::string_view merge_key) {
 
 FloatArray RegionStore::ShAfter(const RegionSet& state, size_t count) const {
   const GaussianModel& original = scene_.original();
-  return ComposeSh(scene_.renderer().backend(), state, job_, 0, count, original.sh,
-                   original.NumShCoeffs());
+  return ComposeSh(scene_.renderer().backend(), state, job_, 0, count, original.sh, original);
 }
 
 ColorEdit RegionStore::Completed(const ColorEdit& edit, const RegionSet& state, size_t index,

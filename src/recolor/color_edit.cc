@@ -347,9 +347,16 @@ bool ColorEdit::BringsIntoRange() const {
                      [](const auto& op) { return op.kind == Kind::kSoftClip; });
 }
 
+ColorEdit ColorEdit::OnColorsOf(const GaussianModel& model) const {
+  ColorEdit edit = *this;
+  edit.linear = IsLinear(model.traits.color_space);
+  return edit;
+}
+
 bool ColorEdit::IsAffine() const {
-  return std::all_of(operations.begin(), operations.end(),
-                     [](const auto& op) { return FullAffine(op).has_value(); });
+  const bool maps_encodings = linear && !operations.empty();
+  return !maps_encodings && std::all_of(operations.begin(), operations.end(),
+                                        [](const auto& op) { return FullAffine(op).has_value(); });
 }
 
 AffineColor ColorEdit::Affine() const {
@@ -399,12 +406,13 @@ CompiledEdit::CompiledEdit(const ColorEdit& edit, OutOfRange out_of_range)
   }
   program_.strength = edit.strength;
   program_.tables = tables_.data();
+  program_.linear = edit.linear;
 }
 
 Eigen::Vector3f CompiledEdit::Apply(const Eigen::Vector3f& color) const {
   if (affine_) return map_.gain * color + map_.offset;
   Eigen::Vector3f edited = color;
-  RunColorProgram(program_, edited.data());
+  ApplyColorMap(Map(), 1.0f, edited.data(), edited.data());
   return edited;
 }
 

@@ -12,6 +12,7 @@
 
 #include "kernels/common/color_ops.h"
 #include "recolor/color_operation.h"
+#include "scene/gaussian_model.h"
 
 namespace retint {
 
@@ -26,10 +27,15 @@ struct AffineColor {
 struct ColorEdit {
   std::vector<ColorOperation> operations;  // at most kMaxColorOps
   float strength = 1;                      // of the whole list: f is c + strength (list(c) - c)
+  // The colors that it meets are light: it applies to their sRGB encodings. Whoever applies an edit
+  // to the colors of a splat sets it (OnColorsOf()); files do not hold it.
+  bool linear = false;
 
   // Color filtering (ReCoGS): each channel times its factor.
   static ColorEdit Tint(const Eigen::Vector3f& tint);
   static ColorEdit FromAffine(const AffineColor& map);  // one matrix
+  // The same for the colors of a splat.
+  ColorEdit OnColorsOf(const GaussianModel& model) const;
   // Linear interpolation from identity (strength 0) to this edit (1).
   ColorEdit WithStrength(float factor) const;
   // Whether an operation brings colors that no screen shows into the range.

@@ -140,6 +140,7 @@ class OneChange {
  public:
   OneChange(const ColorEdit& edit, int num_coeffs)
       : edit_(edit),
+        linear_(edit.linear),
         fit_(num_coeffs),
         num_coeffs_(num_coeffs),
         degree_(int(std::lround(std::sqrt(double(num_coeffs)))) - 1) {}
@@ -150,31 +151,45 @@ class OneChange {
     const float there = LightSeen(sh, painted.seen);
     const Eigen::Vector3f paint =
         painted.color.unaryExpr([](float v) { return LinearFromSrgb(v); });
-    return fit_.Fit(sh, [&](const Eigen::Vector3f& color, const Eigen::Vector3f& shown) {
+    return fit_.Fit(sh, [&](const Eigen::Vector3f& color, const Eigen::Vector3f& of_model) {
+      const Eigen::Vector3f shown = Encoded(of_model);
       const float light = std::clamp((LightOf(shown.data()) + kLeastLight) / (there + kLeastLight),
                                      1 / kMostPaintLight, kMostPaintLight);
       const Eigen::Vector3f lit =
           paint.unaryExpr([&](float v) { return SrgbFromLinear(light * v); });
       const float whole = share * edit_.strength();
-      const Eigen::Vector3f with = whole * (edit_.Apply(shown, lit, painted.alpha) - shown);
-      const Eigen::Vector3f without = whole * (edit_.Apply(shown, lit, 0) - shown);
+      const auto change = [&](float alpha) {
+        const Eigen::Vector3f wanted = whole * (edit_.Apply(shown, lit, alpha) - shown);
+        if (!linear_) return wanted;
+        const Eigen::Vector3f goal = shown + wanted;
+        return Eigen::Vector3f(goal.unaryExpr([](float v) { return LinearFromSrgb(v); }) -
+                               of_model);
+      };
+      const Eigen::Vector3f with = change(painted.alpha), without = change(0);
       return Eigen::Vector3f(DirectionFit::Rise(with, whole, color) -
                              DirectionFit::Rise(without, whole, color));
     });
   }
 
  private:
+  // A color of the model, as sRGB.
+  Eigen::Vector3f Encoded(const Eigen::Vector3f& color) const {
+    if (!linear_) return color;
+    return color.unaryExpr([](float v) { return SrgbFromLinear(v); });
+  }
+
   // The luminance of coefficients [K, 3] in a direction.
   float LightSeen(const float* sh, const Eigen::Vector3f& direction) const {
     float basis[kMaxShCoeffs];
     ShBasis(degree_, direction.x(), direction.y(), direction.z(), basis);
     Eigen::Vector3f color = Eigen::Vector3f::Constant(0.5f);
     for (int k = 0; k < num_coeffs_; ++k) color += basis[k] * Eigen::Vector3f(sh + 3 * k);
-    color = color.cwiseMax(0.0f).eval();
+    color = Encoded(color.cwiseMax(0.0f));
     return LightOf(color.data());
   }
 
   PaintedEdit edit_;
+  bool linear_;  // the colors of the model
   DirectionFit fit_;
   int num_coeffs_, degree_;
 };

@@ -221,6 +221,8 @@ class PairRenderer {
                     .image = images_.data(),
                     .pixel_rows = pixel_rows,
                     .tiles = some ? std::span<const int32_t>(tiles) : std::span<const int32_t>()});
+    // Pairs of pixels are twice as many pixels.
+    renderer_.ToSrgb(2 * params.width, params.height, images_.data());
     if (backend.IsHost()) return {{images_.data(), values}, is_drawn_};
     host_.resize(values);
     backend.CopyToHost(host_.data(), images_.data(), values * sizeof(float));

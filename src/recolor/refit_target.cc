@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "kernels/common/color_spaces.h"
 #include "scene/image_checks.h"
 
 namespace retint {
@@ -46,7 +47,15 @@ Image WithoutBackground(Image image, const PosedCamera& camera, Renderer& render
   ParallelRanges(int64_t(alpha.data.size()), kPixels, [&](int64_t begin, int64_t end) {
     for (size_t p = size_t(begin); p < size_t(end); ++p) {
       const float through = 1 - alpha.data[p];
-      for (size_t c = 0; c < 3; ++c) image.data[3 * p + c] -= through * renderer.background()[c];
+      for (size_t c = 0; c < 3; ++c) {
+        float& value = image.data[3 * p + c];
+        if (renderer.is_linear()) {
+          value = SrgbFromLinear(LinearFromSrgb(value) -
+                                 through * LinearFromSrgb(renderer.background()[c]));
+        } else {
+          value -= through * renderer.background()[c];
+        }
+      }
     }
   });
   return image;

@@ -192,6 +192,7 @@ TargetImages RefitViews::Upload(const RefitTarget& target) {
   const Image& source = photo ? *photo : made;
   images.source = backend().Grow(photo_, pixels * 3);
   backend().CopyToDevice(images.source, source.data.data(), pixels * 3 * sizeof(float));
+  renderer_.ToColorsOfModel(target.mask->width, target.mask->height, images.source);
   return images;
 }
 

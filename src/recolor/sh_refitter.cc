@@ -87,8 +87,9 @@ ShRefitter::ShRefitter(Renderer& renderer, const GaussianModel& model,
   const bool in_range = std::all_of(shares.begin(), shares.end(),
                                     [](float share) { return share >= 0 && share <= 1; });
   CheckOption(in_range, "refit: a share is outside [0, 1]");
+  const ColorEdit on_colors = edit.OnColorsOf(model);
   impl_ = std::make_unique<Impl>(
-      renderer, RefitInput{model, std::move(targets), edit, std::move(shares), paint}, options,
+      renderer, RefitInput{model, std::move(targets), on_colors, std::move(shares), paint}, options,
       monitor);
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "kernels/common/color_ops.h"
 
 namespace retint {
 namespace {
@@ -28,6 +29,14 @@ void CheckPinhole(const Camera& camera) {
   throw InputError(DescribeCamera(camera) + " has the distorted model " + model +
                    ", which cannot be rendered; undistort the workspace first: colmap "
                    "image_undistorter --image_path IMAGES --input_path SPARSE --output_path DENSE");
+}
+
+Buffer<ColorProgram> UploadOperation(Backend& backend, ColorOpCode code) {
+  ColorProgram program{};
+  program.count = 1;
+  program.strength = program.ops[0].strength = 1;
+  program.ops[0].code = code;
+  return backend.Upload(std::span<const ColorProgram>(&program, 1));
 }
 
 }  // namespace
@@ -82,16 +91,22 @@ Renderer::Renderer(std::shared_ptr<Backend> backend, const GaussianModel& model,
       scratch_(std::make_unique<Scratch>()) {
   options.Check();
   model.Validate();
-  model_ = backend_->blend().UploadModel(
-      {.means = model.means.data(),
-       .quats_wxyz = model.quats_wxyz.data(),
-       .log_scales = model.log_scales.data(),
-       .opacity_logits = model.opacity_logits.data(),
-       .sh = model.sh.data(),
-       .count = static_cast<int64_t>(model.NumGaussians()),
-       .sh_degree = model.sh_degree,
-       .compensate = model.traits.render_model == RenderModel::kMip});
-  scratch_->background = backend_->Upload(std::span<const float>(options.background));
+  model_ =
+      backend_->blend().UploadModel({.means = model.means.data(),
+                                     .quats_wxyz = model.quats_wxyz.data(),
+                                     .log_scales = model.log_scales.data(),
+                                     .opacity_logits = model.opacity_logits.data(),
+                                     .sh = model.sh.data(),
+                                     .count = static_cast<int64_t>(model.NumGaussians()),
+                                     .sh_degree = model.sh_degree,
+                                     .compensate = model.traits.render_model == RenderModel::kMip});
+  std::array<float, 3> background = options.background;
+  if (IsLinear(model.traits.color_space)) {
+    encode_ = UploadOperation(*backend_, ColorOpCode::kEncode);
+    decode_ = UploadOperation(*backend_, ColorOpCode::kDecode);
+    for (float& channel : background) channel = LinearFromSrgb(channel);
+  }
+  scratch_->background = backend_->Upload(std::span<const float>(background));
 }
 
 Renderer::~Renderer() = default;
@@ -134,6 +149,28 @@ void Renderer::BlendRgb(const ViewGeometry& geometry, float* rgb, float* alpha) 
                                      .background = scratch_->background.data(),
                                      .image = rgb,
                                      .alpha = alpha});
+  ToSrgb(geometry.camera().width, geometry.camera().height, rgb);
+}
+
+void Renderer::Map(const ColorProgram* program, int width, int height, float* rgb) {
+  if (!is_linear()) return;
+  ColorMap map{};
+  map.program = program;
+  backend_->refit().EditImage({.image = rgb,
+                               .mask = nullptr,
+                               .map = map,
+                               .width = width,
+                               .height = height,
+                               .box = {0, 0, width, height},
+                               .out = rgb});
+}
+
+void Renderer::ToSrgb(int width, int height, float* rgb) {
+  Map(encode_.data(), width, height, rgb);
+}
+
+void Renderer::ToColorsOfModel(int width, int height, float* rgb) {
+  Map(decode_.data(), width, height, rgb);
 }
 
 DeviceRender Renderer::RenderOnDevice(const PosedCamera& view, const RenderRequest& request) {

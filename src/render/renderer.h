@@ -42,7 +42,7 @@ struct RenderRequest {
 };
 
 struct RenderOutput {
-  Image rgb;                // not clamped above
+  Image rgb;                // sRGB, not clamped above
   DepthMap depth_median;    // 0 where transmittance stays above median_threshold
   DepthMap depth_expected;  // 0 where nothing is hit
   ScalarImage alpha;
@@ -78,7 +78,12 @@ class Renderer {
   // Replaces the SH coefficients that later renders use, [N, K, 3]; geometry and cache stay.
   void SetSh(std::span<const float> sh);
 
-  const std::array<float, 3>& background() const { return background_; }
+  const std::array<float, 3>& background() const { return background_; }  // sRGB
+  // Whether the Gaussians' blended colors are light. Renders are encoded as sRGB all the same.
+  bool is_linear() const { return encode_.size() > 0; }
+  // An image [H, W, 3] in backend memory, sRGB as the model's blended colors, or those as sRGB.
+  void ToColorsOfModel(int width, int height, float* rgb);
+  void ToSrgb(int width, int height, float* rgb);
   Backend& backend() { return *backend_; }
   std::shared_ptr<Backend> shared_backend() { return backend_; }
   Model& model() { return *model_; }
@@ -88,12 +93,14 @@ class Renderer {
 
  private:
   struct Scratch;
+  void Map(const ColorProgram* program, int width, int height, float* rgb);
   // rgb [H, W, 3], and alpha [H, W] where not null.
   void BlendRgb(const ViewGeometry& geometry, float* rgb, float* alpha);
 
   std::shared_ptr<Backend> backend_;
   std::unique_ptr<Model> model_;
   std::array<float, 3> background_;
+  Buffer<ColorProgram> encode_, decode_;  // to sRGB and back; empty: the colors are that
   bool makes_room_;
   std::shared_ptr<GeometryCache> cache_;
   std::unique_ptr<Scratch> scratch_;

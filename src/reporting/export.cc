@@ -261,10 +261,8 @@ QualityReport EvaluateRegion(EditSession& session, RegionId id, TargetKind targe
   const GaussianModel& original = session.scene().original();
   const RefitJob& job = session.store().job();
   Backend& backend = session.scene().renderer().backend();
-  const FloatArray before =
-      ComposeSh(backend, regions, job, 0, index, original.sh, original.NumShCoeffs());
-  const FloatArray after =
-      ComposeSh(backend, regions, job, index, index + 1, before, original.NumShCoeffs());
+  const FloatArray before = ComposeSh(backend, regions, job, 0, index, original.sh, original);
+  const FloatArray after = ComposeSh(backend, regions, job, index, index + 1, before, original);
   return session.refits().Evaluate(id, before, after, target, monitor, most_views, row_step);
 }
 

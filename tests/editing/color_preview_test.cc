@@ -35,7 +35,7 @@ class ColorPreviewTest : public testing::Test {
   }
   FloatArray Expected() {
     return ComposeSh(*backend_, regions_, {}, 0, regions_.regions.size(), scene_.model.sh,
-                     scene_.model.NumShCoeffs());
+                     scene_.model);
   }
   ColorPreview MakePreview() {
     return {std::make_shared<const GaussianModel>(scene_.model), backend_};

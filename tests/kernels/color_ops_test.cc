@@ -316,6 +316,8 @@ TEST(EditColorsTest, EditsManyColorsAsItEditsOne) {
     program.strength = 0.3f;
     program.ops[program.count++] = ops[0];
     check(map, "a matrix after operation ", int(&op - ops));
+    program.linear = true;
+    check(map, "on light, operation ", int(&op - ops));
   }
   ColorMap affine{};
   for (float& value : affine.delta) value = uniform(rng);

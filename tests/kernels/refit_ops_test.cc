@@ -424,6 +424,15 @@ TEST_P(RefitOp, RunsLists) {
     }
   }
   EXPECT_GT(changed / double(kValues), 0.05);
+  params.mask = nullptr;  // the whole image
+  params.out = out.data();
+  backend_->refit().EditImage(params);
+  const auto whole = out.Read();
+  for (size_t p = 0; p < kValues / 3; ++p) {
+    float full[3] = {image_[3 * p], image_[3 * p + 1], image_[3 * p + 2]};
+    RunColorProgram(program, full);
+    for (size_t c = 0; c < 3; ++c) EXPECT_NEAR(whole[3 * p + c], full[c], 2e-4);
+  }
 
   Guarded<int16_t> target(*backend_, TileValues());
   backend_->refit().RegionTarget(*region_,
