@@ -130,6 +130,54 @@ class EditPanelTest : public EditPanelFixture {
     QVERIFY(Edit() == before);
   }
 
+  // A press beside the handle, a drag from there, and a drag on the label: one step each.
+  void ASliderGoesWhereItIsPressed() {
+    QVERIFY(AddRegions());
+    Select(0);
+    QVERIFY(Settle(Controller()));
+    const ColorEdit before = Edit();
+    Click("mode_grade");
+    auto* slider = Find<QSlider>("saturation.factor_slider");
+    const auto share = [&](int x) { return double(x) / slider->width(); };
+    const auto is_at = [&](int x) {  // of 0 to 3; the handle is a tenth of a short slider
+      return std::abs(Edit().operations.back().values[0] / 3 - share(x)) < 0.1;
+    };
+    const int y = slider->height() / 2, far = slider->width() * 7 / 8;
+    QTest::mousePress(slider, Qt::LeftButton, {}, {far, y});
+    QVERIFY(slider->isSliderDown());
+    QTest::mouseRelease(slider, Qt::LeftButton, {}, {far, y});
+    QCOMPARE(Edit().operations.size(), size_t{2});
+    QVERIFY2(is_at(far), qPrintable(QString::number(double(Edit().operations[1].values[0]))));
+    window_->action("edit.undo")->trigger();
+    QTRY_VERIFY(Edit() == before);
+    const int near = slider->width() / 4;
+    DragAlong(slider, {{far, 1}, {slider->width() / 2, 1}, {near, 1}});
+    QVERIFY2(is_at(near), qPrintable(QString::number(double(Edit().operations[1].values[0]))));
+    window_->action("edit.undo")->trigger();
+    QTRY_VERIFY(Edit() == before);
+  }
+
+  void ANumberFollowsADragOnItsLabel() {
+    QVERIFY(AddRegions());
+    Select(0);
+    QVERIFY(Settle(Controller()));
+    const ColorEdit before = Edit();
+    Click("mode_grade");
+    QLabel* label = nullptr;
+    for (auto* one : Find<QWidget>("edit_panel")->findChildren<QLabel*>()) {
+      if (one->text() == "Saturation") label = one;
+    }
+    QVERIFY(label);
+    QTest::mouseClick(label, Qt::LeftButton);
+    QVERIFY(Edit() == before);
+    // A slider of 400 steps from 0 to 3, one a pixel.
+    DragAlong(label, {{5, 5}, {25, 5}, {45, 5}});
+    QCOMPARE(Edit().operations.size(), size_t{2});
+    QVERIFY(std::abs(Edit().operations[1].values[0] - (1 + 40 * 3.0F / 400)) < 0.01F);
+    window_->action("edit.undo")->trigger();
+    QTRY_VERIFY(Edit() == before);
+  }
+
   void ARangeOfColors() {
     QVERIFY(AddRegions());
     Select(0);

@@ -80,7 +80,7 @@ class PanelsFixture : public QObject {
   }
 
   // A fresh scene in a fresh window, with settings of its own.
-  bool ShowScene() {
+  bool ShowScene(bool drawers = true) {
     folder_ = std::make_unique<TempFolder>();
     UseOwnFolders(QString::fromStdString(folder_->path().string()));
     WriteTinyScene(scene_, folder_->path());
@@ -92,6 +92,7 @@ class PanelsFixture : public QObject {
     window_->resize(1600, 1000);
     window_->show();
     if (!Activate(*window_)) return false;
+    if (drawers) OpenDrawers(*window_);
     QSignalSpy opened(&Controller(), &SceneController::opened);
     OpenRequest request;
     request.workspace = *folder_ / "ws";

@@ -11,8 +11,10 @@
 #include <QLineEdit>
 #include <QListWidget>
 #include <QMenu>
+#include <QProgressBar>
 #include <QTabBar>
 #include <QTableWidget>
+#include <QToolButton>
 #include <QTreeWidget>
 
 #include "tests/viewer/panels_fixture.h"
@@ -41,7 +43,7 @@ class PanelsTest : public PanelsFixture {
     Select(0);
     DragAlong(Find<ColorSquare>("color_square"), {{30, 30}, {60, 40}});
     auto* state = Find<QLabel>("optimizer_state");
-    QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("finished"), kWaitMs);
+    QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("Refined"), kWaitMs);
     auto* plot = Find<LossPlot>("loss_plot");
     QTRY_VERIFY(plot->losses().size() > 1);
     QVERIFY(plot->losses().back() < plot->losses().front());
@@ -65,7 +67,7 @@ class PanelsTest : public PanelsFixture {
     // Reset: back to the closed form, then fitted anew.
     const auto fit = SessionRegions().regions[0].fit;
     QTest::mouseClick(Find<QPushButton>("optimizer_reset"), Qt::LeftButton);
-    QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("finished"), kWaitMs);
+    QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("Refined"), kWaitMs);
     QTRY_VERIFY_WITH_TIMEOUT(
         SessionRegions().regions[0].fit && SessionRegions().regions[0].fit != fit, kWaitMs);
   }
@@ -87,15 +89,15 @@ class PanelsTest : public PanelsFixture {
     QTest::keyClicks(iterations, "100000");
     QTest::keyClick(iterations, Qt::Key_Return);
     QCOMPARE(Controller().refit_job().options.adam.iterations, 100000);
-    auto* toggle = Find<QPushButton>("optimizer_toggle");
+    auto* toggle = Find<QToolButton>("optimizer_toggle");
     auto* state = Find<QLabel>("optimizer_state");
     QTest::mouseClick(toggle, Qt::LeftButton);
     QTRY_VERIFY_WITH_TIMEOUT(Controller().optimizer().Active(), kWaitMs);
-    QVERIFY(state->text().contains("preparing") || Controller().optimizer().steps > 0);
-    QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("running"), kWaitMs);
+    QVERIFY(state->text().contains("Preparing") || Controller().optimizer().steps > 0);
+    QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("Refining left"), kWaitMs);
     QTRY_VERIFY_WITH_TIMEOUT(Find<QLabel>("optimizer_speed")->text().contains("a second"), kWaitMs);
     QTest::mouseClick(toggle, Qt::LeftButton);
-    QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("paused"), kWaitMs);
+    QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("Paused"), kWaitMs);
     // The step in progress is finished first, however long it takes here.
     int steps = -1;
     const auto rests = [&] {
@@ -106,8 +108,51 @@ class PanelsTest : public PanelsFixture {
     QTRY_VERIFY_WITH_TIMEOUT(rests(), kWaitMs);
     QTest::mouseClick(toggle, Qt::LeftButton);
     QTRY_VERIFY_WITH_TIMEOUT(Controller().optimizer().steps > steps, kWaitMs);
-    Controller().CancelRefit();
+    QTest::mouseClick(Find<QToolButton>("optimizer_stop"), Qt::LeftButton);
     QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("stopped"), kWaitMs);
+    QVERIFY(!Find<QToolButton>("optimizer_stop")->isVisible());
+  }
+
+  // In a window of one who never asked for more.
+  void FiguresAndMethodsLieInDrawers() {
+    Close();
+    QVERIFY(ShowScene(/*drawers=*/false));
+    QVERIFY(AddRegions());
+    const std::pair<const char*, std::vector<const char*>> panels[] = {
+        {"optimizer", {"loss_plot", "optimizer_speed", "psnr_inside", "refit_options"}},
+        {"selection", {"selection_preset", "selection_options"}}};
+    for (const auto& [panel, inner] : panels) {
+      Show(panel);
+      for (const char* name : inner) QVERIFY2(!Find<QWidget>(name)->isVisible(), name);
+      auto* drawer = Find<QToolButton>((panel + std::string("_advanced")).c_str());
+      QTest::mouseClick(drawer, Qt::LeftButton);
+      for (const char* name : inner) QVERIFY2(Find<QWidget>(name)->isVisible(), name);
+      QTest::keyClick(drawer, Qt::Key_Space);
+      for (const char* name : inner) QVERIFY2(!Find<QWidget>(name)->isVisible(), name);
+    }
+  }
+
+  void TheStateSaysHowFarItIs() {
+    QVERIFY(AddRegions());
+    Show("optimizer");
+    RefitJob job = Controller().refit_job();
+    job.options.solver = Solver::kAdam;
+    job.options.adam.iterations = 400;
+    Controller().SetRefitJob(job);
+    auto* bar = Find<QProgressBar>("optimizer_progress");
+    auto* state = Find<QLabel>("optimizer_state");
+    QVERIFY(!bar->isVisible());
+    QStringList texts;
+    int most = 0;
+    connect(&Controller(), &SceneController::optimizerChanged, state, [&] {
+      if (bar->isVisible()) most = std::max(most, bar->value());
+      texts << state->text();
+    });
+    QTest::mouseClick(Find<QToolButton>("optimizer_toggle"), Qt::LeftButton);
+    QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("Refined"), kWaitMs);
+    QVERIFY2(most > 0 && most < 100, qPrintable(QString::number(most)));
+    QVERIFY2(texts.join("\n").contains(QString("… %1 %").arg(most)), qPrintable(texts.join("\n")));
+    QVERIFY(!bar->isVisible());
   }
 
   // --- Views -------------------------------------------------------------------------------------
@@ -375,6 +420,24 @@ class PanelsTest : public PanelsFixture {
     QVERIFY(text["Camera"].startsWith("PINHOLE 64×48"));
     QVERIFY(text["SH degree"].startsWith("2 "));
     QCOMPARE(text["Views"], QString("6"));
+  }
+
+  // A path needs several lines in a panel so narrow.
+  void ValuesOfTheSceneAreWhole() {
+    Show("scene");
+    auto* facts = Find<QTreeWidget>("scene_facts");
+    const int line = facts->fontMetrics().height();
+    int wrapped = 0;
+    for (int row = 0; row < facts->topLevelItemCount(); ++row) {
+      const QTreeWidgetItem* item = facts->topLevelItem(row);
+      const int width = facts->fontMetrics().horizontalAdvance(item->text(1));
+      const int lines = (width + facts->columnWidth(1) - 1) / facts->columnWidth(1);
+      const int height = facts->visualItemRect(item).height();
+      QVERIFY2(height >= lines * line, qPrintable(item->text(1)));
+      wrapped += lines > 1;
+    }
+    QVERIFY(wrapped > 0);
+    Keep(*window_, "scene-values");
   }
 
   void AMisplacedSplatAndMissingPhotosAreWarnedOf() {

@@ -67,7 +67,10 @@ class SelectionPanelTest : public ViewerTest {
     QVERIFY(subject_.object != 0);
   }
   void cleanupTestCase() { scene_.reset(); }
-  void init() { QVERIFY(ShowScene()); }
+  void init() {
+    QVERIFY(ShowScene());
+    OpenDrawers(*window_);
+  }
   void cleanup() { window_.reset(); }
 
   void AnOptionSelectsTheRegionAgain() {
@@ -76,7 +79,7 @@ class SelectionPanelTest : public ViewerTest {
     QVERIFY(!Find<QDockWidget>("selection")->visibleRegion().isEmpty());
     const auto before = Current().selection;
     const size_t points = before->source.cloud.points.size();
-    QVERIFY(Find<QLabel>("selection_result")->text().contains(QString::number(points)));
+    QVERIFY(Find<QLabel>("selection_details")->text().contains(QString::number(points)));
     canvas().SetCloudShown(false);
     QSignalSpy again(&controller(), &SceneController::selectedAgain);
     auto* share = Find<QDoubleSpinBox>("sample_fraction");

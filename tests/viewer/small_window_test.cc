@@ -104,6 +104,7 @@ class SmallWindowTest : public ViewerTest {
     window_ = std::make_unique<MainWindow>(theme_.get());
     window_->resize(size);
     window_->show();
+    OpenDrawers(*window_);
     window_->controller().SetAutomaticRefit(false);
     window_->OpenScene(scene_->Request());
     QVERIFY(QTest::qWaitFor([&] { return canvas().IsSharp(); }, kWaitMs));

@@ -18,11 +18,13 @@
 #include <QMimeData>
 #include <QMouseEvent>
 #include <QPointer>
+#include <QRegularExpression>
 #include <QSettings>
 #include <QSignalSpy>
 #include <QTemporaryDir>
 #include <QTest>
 #include <QTimer>
+#include <QToolButton>
 #include <QUrl>
 
 #include "synthetic/synthetic_scene.h"
@@ -59,6 +61,13 @@ inline void UseOwnFolders(const QString& folder) {
   qputenv("HOME", folder.toLocal8Bit());
   QCoreApplication::setOrganizationName("retint-test");
   QCoreApplication::setApplicationName("retint-viewer-test");
+}
+
+// What the panels keep back until one asks for it.
+inline void OpenDrawers(const QWidget& window) {
+  for (auto* drawer : window.findChildren<QToolButton*>(QRegularExpression("_advanced$"))) {
+    drawer->setChecked(true);
+  }
 }
 
 // Which backend is tested: the CPU's, unless the caller has a device.

@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "viewer/panels/optimizer_panel.h"
 
+#include <algorithm>
 #include <utility>
 
 #include <QCheckBox>
 #include <QFormLayout>
 #include <QGridLayout>
 #include <QLabel>
+#include <QProgressBar>
 #include <QPushButton>
+#include <QToolButton>
 #include <QVBoxLayout>
 
 #include "base/error.h"
+#include "viewer/panels/drawer.h"
 #include "viewer/panels/loss_plot.h"
 #include "viewer/panels/option_form.h"
 #include "viewer/scene/current_region.h"
@@ -24,20 +28,32 @@ using State = BackgroundOptimizer::State;
 
 constexpr int kAdamStepsPerLoss = 50;  // RefitSummary::losses
 
-QString StateText(State state) {
-  switch (state) {
+// Of the region at hand, percent; -1: it ends when it converges.
+int PercentOf(const OptimizerStatus& status, const RefitOptions& options) {
+  const bool adam = options.solver == Solver::kAdam;
+  const int most = adam ? options.adam.iterations / kAdamStepsPerLoss : options.mm.iterations;
+  if (most <= 0) return -1;
+  const int done = std::max(int(status.losses.size()) - 1, 0);
+  return std::min(100 * done / most, 99);  // the last step is not the end yet
+}
+
+QString StateText(const OptimizerStatus& status, const QString& region, int percent) {
+  const QString far = percent < 0 ? QString() : OptimizerPanel::tr(" %1 %").arg(percent);
+  switch (status.state) {
     case State::kIdle:
-      return OptimizerPanel::tr("○ idle");
+      return OptimizerPanel::tr("Nothing to refine");
     case State::kRunning:
-      return OptimizerPanel::tr("▶ running");
+      // The targets of every view come first, which takes a while.
+      if (status.steps == 0) return OptimizerPanel::tr("Preparing %1…").arg(region);
+      return OptimizerPanel::tr("Refining %1…").arg(region) + far;
     case State::kPaused:
-      return OptimizerPanel::tr("❚❚ paused");
+      return OptimizerPanel::tr("Paused:") + far + " " + region;
     case State::kFinished:
-      return OptimizerPanel::tr("✔ finished");
+      return OptimizerPanel::tr("✔ Refined");
     case State::kCancelled:
-      return OptimizerPanel::tr("■ stopped");
+      return OptimizerPanel::tr("Refining was stopped");
     case State::kFailed:
-      return OptimizerPanel::tr("✘ failed");
+      return OptimizerPanel::tr("⚠ Refining failed");
   }
   return {};
 }
@@ -55,20 +71,54 @@ OptimizerPanel::OptimizerPanel(SceneController* controller, CurrentRegion* curre
 }
 
 void OptimizerPanel::Build() {
+  auto* layout = new QVBoxLayout(this);
+  layout->setContentsMargins(6, 6, 6, 6);
+  auto* line = new QHBoxLayout;
+  BuildLine(line);
+  layout->addLayout(line);
+  QWidget* details = MakeDetails();
+  layout->addWidget(new Drawer("optimizer_advanced", tr("Advanced"), details));
+  layout->addWidget(details);
+  layout->addStretch();
+}
+
+void OptimizerPanel::BuildLine(QHBoxLayout* line) {
   state_ = new ElidedLabel;
   state_->setObjectName("optimizer_state");
+  progress_ = new QProgressBar;
+  progress_->setObjectName("optimizer_progress");
+  progress_->setTextVisible(false);
+  constexpr QSize kBar(72, 8);
+  progress_->setFixedSize(kBar);
+  const auto button = [](const char* name, const QString& text, const QString& tip) {
+    auto* made = new QToolButton;
+    made->setObjectName(name);
+    made->setText(text);
+    made->setToolTip(tip);
+    made->setAccessibleName(tip);
+    made->setFocusPolicy(Qt::StrongFocus);
+    return made;
+  };
+  toggle_ = button("optimizer_toggle", {}, tr("Start, pause or go on (Alt+P)"));
+  stop_ = button("optimizer_stop", QStringLiteral("■"), tr("Stop refining; what was done stays"));
+  line->addWidget(state_, 1);
+  line->addWidget(progress_);
+  line->addWidget(toggle_);
+  line->addWidget(stop_);
+}
+
+// What the drawer holds.
+QWidget* OptimizerPanel::MakeDetails() {
   speed_ = new QLabel;
   speed_->setObjectName("optimizer_speed");
-  speed_->setAlignment(Qt::AlignRight);
   plot_ = new LossPlot;
   plot_->setObjectName("loss_plot");
-  const auto button = [this](const char* name, const QString& text, const QString& tip) {
+  const auto button = [](const char* name, const QString& text, const QString& tip) {
     auto* made = new QPushButton(text);
     made->setObjectName(name);
     made->setToolTip(tip);
     return made;
   };
-  toggle_ = button("optimizer_toggle", {}, tr("Start, pause or go on (Alt+P)"));
   reset_ = button("optimizer_reset", tr("&Reset"),
                   tr("Drop every fit and begin again from the closed form (Alt+R)"));
   measure_ = button("optimizer_measure", tr("&Measure"),
@@ -81,16 +131,13 @@ void OptimizerPanel::Build() {
   measured_ = new QLabel;
   measured_->setObjectName("psnr_views");
   measured_->setWordWrap(true);
-
-  auto* layout = new QVBoxLayout(this);
-  layout->setContentsMargins(6, 6, 6, 6);
-  auto* line = new QHBoxLayout;
-  line->addWidget(state_, 1);
-  line->addWidget(speed_);
-  layout->addLayout(line);
+  auto* details = new QWidget;
+  auto* layout = new QVBoxLayout(details);
+  layout->setContentsMargins(0, 0, 0, 0);
+  layout->addWidget(speed_);
   layout->addWidget(plot_);
   auto* buttons = new QHBoxLayout;
-  for (QPushButton* one : {toggle_, reset_, measure_}) buttons->addWidget(one);
+  for (QPushButton* one : {reset_, measure_}) buttons->addWidget(one);
   layout->addLayout(buttons);
   auto* figures = new QFormLayout;
   figures->addRow(tr("PSNR inside"), inside_);
@@ -99,11 +146,12 @@ void OptimizerPanel::Build() {
   layout->addWidget(measured_);
   BuildOptions();
   layout->addWidget(options_);
-  layout->addStretch();
+  return details;
 }
 
 void OptimizerPanel::Connect() {
-  connect(toggle_, &QPushButton::clicked, this, &OptimizerPanel::Toggle);
+  connect(toggle_, &QToolButton::clicked, this, &OptimizerPanel::Toggle);
+  connect(stop_, &QToolButton::clicked, controller_, &SceneController::CancelRefit);
   connect(reset_, &QPushButton::clicked, this, &OptimizerPanel::Reset);
   connect(measure_, &QPushButton::clicked, this, [this] { controller_->Evaluate(current_->id()); });
   connect(controller_, &SceneController::optimizerChanged, this, &OptimizerPanel::ShowStatus);
@@ -176,13 +224,7 @@ void OptimizerPanel::TakeOption(size_t index, const OptionValue& value) {
 void OptimizerPanel::ShowStatus() {
   automatic_->setChecked(controller_->automatic_refit());
   const OptimizerStatus status = controller_->optimizer();
-  const Region* region = controller_->regions().Find(status.region);
-  QString text = StateText(status.state);
-  // The targets of every view come first, which takes a while.
-  if (status.state == State::kRunning && status.steps == 0) text = tr("▶ preparing the views");
-  if (region && status.Active()) text += ": " + QString::fromStdString(region->name);
-  state_->setText(text);
-  state_->setToolTip(QString::fromStdString(status.error));
+  ShowLine(status);
   QString speed;
   if (status.steps > 0 && status.seconds > 0) {
     speed =
@@ -196,17 +238,26 @@ void OptimizerPanel::ShowStatus() {
   const std::vector<double>& losses = fitted ? current->fit->summary.losses : status.losses;
   const bool in_steps = fitted ? current->fit->summary.solver == "adam" : adam;
   plot_->SetLosses(losses, in_steps ? kAdamStepsPerLoss : 1);
-  const bool any = !controller_->regions().regions.empty();
-  const QString text_of_toggle = status.state == State::kRunning  ? tr("Pause")
-                                 : status.state == State::kPaused ? tr("Resume")
-                                                                  : tr("Start");
-  if (toggle_->text() != text_of_toggle) {
-    toggle_->setText(text_of_toggle);
+  reset_->setEnabled(!controller_->regions().regions.empty());
+  measure_->setEnabled(current != nullptr);
+}
+
+void OptimizerPanel::ShowLine(const OptimizerStatus& status) {
+  const Region* region = controller_->regions().Find(status.region);
+  const int percent = PercentOf(status, controller_->refit_job().options);
+  const QString name = region ? QString::fromStdString(region->name) : QString();
+  state_->setText(StateText(status, name, percent));
+  state_->setToolTip(QString::fromStdString(status.error));
+  progress_->setVisible(status.Active() && percent >= 0);
+  progress_->setValue(percent);
+  const bool runs = status.state == State::kRunning;
+  const QString text = runs ? QStringLiteral("❚❚") : QStringLiteral("▶");
+  if (toggle_->text() != text) {
+    toggle_->setText(text);
     toggle_->setShortcut(QKeySequence(tr("Alt+P")));  // a new text drops it
   }
-  toggle_->setEnabled(any);
-  reset_->setEnabled(any);
-  measure_->setEnabled(controller_->regions().Find(current_->id()) != nullptr);
+  toggle_->setEnabled(!controller_->regions().regions.empty());
+  stop_->setVisible(status.Active());
 }
 
 void OptimizerPanel::Toggle() {

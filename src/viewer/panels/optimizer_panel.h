@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The background optimizer: its current work, its progress, and its options.
+// The background optimizer: a line that says how far it is, and a drawer of figures and options.
 #pragma once
 
 #include <string>
@@ -12,14 +12,18 @@
 #include "recolor/quality_report.h"
 
 class QCheckBox;
+class QHBoxLayout;
 class QLabel;
+class QProgressBar;
 class QPushButton;
+class QToolButton;
 
 namespace retint {
 
 class LossPlot;
 class CurrentRegion;
 class SceneController;
+struct OptimizerStatus;
 class OptionForm;
 
 class OptimizerPanel : public QWidget {
@@ -33,10 +37,13 @@ class OptimizerPanel : public QWidget {
 
  private:
   void Build();
+  void BuildLine(QHBoxLayout* line);
+  QWidget* MakeDetails();
   void BuildOptions();
   void Connect();
   void ShowAfresh();  // of another scene
   void ShowStatus();
+  void ShowLine(const OptimizerStatus& status);
   void ShowJob();
   void TakeOption(size_t index, const OptionValue& value);
   void Toggle();  // start, pause or resume
@@ -48,7 +55,9 @@ class OptimizerPanel : public QWidget {
   CurrentRegion* current_;
   QLabel *state_, *speed_, *inside_, *outside_, *measured_;
   LossPlot* plot_;
-  QPushButton *toggle_, *reset_, *measure_;
+  QProgressBar* progress_;
+  QToolButton *toggle_, *stop_;
+  QPushButton *reset_, *measure_;
   OptionForm* options_;
   QCheckBox* automatic_;
   RegionId measured_id_ = 0;   // whose quality shows; 0: none

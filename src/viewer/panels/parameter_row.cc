@@ -7,9 +7,11 @@
 #include <QDoubleSpinBox>
 #include <QHBoxLayout>
 #include <QLabel>
+#include <QMouseEvent>
 #include <QSignalBlocker>
-#include <QSlider>
 #include <QToolButton>
+
+#include "viewer/panels/jump_slider.h"
 
 namespace retint {
 namespace {
@@ -24,7 +26,9 @@ ParameterRow::ParameterRow(const QString& name, const QString& label, const Rang
                            const QString& suffix, const QString& tip, QWidget* parent)
     : QWidget(parent), range_(range) {
   label_ = new QLabel(label);
-  slider_ = new QSlider(Qt::Horizontal);
+  label_->setCursor(Qt::SizeHorCursor);
+  label_->installEventFilter(this);
+  slider_ = new JumpSlider(Qt::Horizontal);
   slider_->setObjectName(name + "_slider");
   slider_->setRange(0, kSteps);
   slider_->setPageStep(kSteps / 10);
@@ -92,6 +96,32 @@ void ParameterRow::SetValue(double value) {
   if (!Shows(value)) box_->setValue(value);
   if (!slider_->isSliderDown()) slider_->setValue(ToSlider(value));
   ShowReset();
+}
+
+bool ParameterRow::eventFilter(QObject*, QEvent* event) {
+  const auto* mouse = static_cast<QMouseEvent*>(event);
+  switch (event->type()) {
+    case QEvent::MouseButtonPress:
+      if (mouse->button() != Qt::LeftButton) return false;
+      scrub_from_ = ToSlider(value());
+      scrub_x_ = mouse->position().x();
+      return true;
+    case QEvent::MouseMove:
+    case QEvent::MouseButtonRelease: {
+      if (scrub_from_ < 0) return false;
+      const bool ends = event->type() == QEvent::MouseButtonRelease;
+      const int by = int(std::lround(mouse->position().x() - scrub_x_));
+      const int to = std::clamp(scrub_from_ + by, 0, kSteps);
+      // A click changes nothing: the value may lie between the slider's steps.
+      const bool moves = to != ToSlider(value());
+      if (moves) SetValue(FromSlider(to));
+      if (moves || (ends && to != scrub_from_)) Q_EMIT changed(value(), !ends);
+      if (ends) scrub_from_ = -1;
+      return true;
+    }
+    default:
+      return false;
+  }
 }
 
 void ParameterRow::ShowReset() { reset_->setEnabled(!Shows(range_.initial)); }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A number with its label, a slider, a box and a way back to its default. The slider is live while
-// it is dragged.
+// it is dragged, and so is the label, on which one drags sideways.
 #pragma once
 
 #include <QWidget>
@@ -37,6 +37,9 @@ class ParameterRow : public QWidget {
   void changed(double value, bool dragging);
   void reset();  // the button was pressed; nothing was changed yet
 
+ protected:
+  bool eventFilter(QObject* object, QEvent* event) override;
+
  private:
   int ToSlider(double value) const;
   double FromSlider(int position) const;
@@ -48,6 +51,8 @@ class ParameterRow : public QWidget {
   QSlider* slider_;
   QDoubleSpinBox* box_;
   QToolButton* reset_;
+  double scrub_x_ = 0;   // where the label was pressed, pixels
+  int scrub_from_ = -1;  // of the slider then; -1: the label is not held
 };
 
 }  // namespace retint

@@ -16,6 +16,7 @@
 #include <QVBoxLayout>
 
 #include "viewer/canvas/canvas.h"
+#include "viewer/panels/jump_slider.h"
 #include "viewer/panels/mask_view.h"
 #include "viewer/scene/current_region.h"
 #include "viewer/scene/scene_controller.h"
@@ -151,7 +152,7 @@ void QualityPanel::BuildSwitches(QVBoxLayout* layout) {
   mask_ = add("mask_switch", tr("Mas&k"),
               tr("The current region's selection over the picture, hatched and outlined, once the "
                  "camera rests (Alt+K)"));
-  at_ = new QSlider(Qt::Horizontal);
+  at_ = new JumpSlider(Qt::Horizontal);
   at_->setObjectName("split_slider");
   at_->setRange(0, kSplitSteps);
   at_->setAccessibleName(tr("Where before ends and after begins"));

@@ -17,6 +17,7 @@
 #include "viewer/canvas/canvas.h"
 #include "viewer/canvas/contrast.h"
 #include "viewer/panels/edit_panel.h"
+#include "viewer/panels/jump_slider.h"
 #include "viewer/panels/operation_views.h"
 #include "viewer/panels/row_tree.h"
 #include "viewer/scene/current_region.h"
@@ -141,7 +142,7 @@ void RegionsPanel::BuildEditors() {
   edit_ = new EditPanel;
   layout->addWidget(edit_, 1, 0, 1, 3);
   auto* label = new QLabel(tr("S&trength"));
-  strength_ = new QSlider(Qt::Horizontal);
+  strength_ = new JumpSlider(Qt::Horizontal);
   strength_->setObjectName("strength");
   strength_->setRange(0, 100);
   strength_->setAccessibleName(tr("Strength"));

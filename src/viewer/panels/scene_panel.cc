@@ -13,10 +13,12 @@
 #include <QLocale>
 #include <QRegularExpression>
 #include <QShortcut>
+#include <QStyledItemDelegate>
 #include <QTreeWidget>
 #include <QVBoxLayout>
 
 #include "viewer/scene/scene_controller.h"
+#include "viewer/widgets/long_text.h"
 
 namespace retint {
 namespace {
@@ -44,6 +46,33 @@ double MeanError(const Reconstruction& reconstruction) {
   return count > 0 ? sum / double(count) : -1;
 }
 
+// Breaks its text anywhere where a line is full: a path has no spaces.
+class WrappedValue : public QStyledItemDelegate {
+ public:
+  explicit WrappedValue(QTreeWidget* tree) : QStyledItemDelegate(tree), tree_(tree) {
+    QObject::connect(tree->header(), &QHeaderView::sectionResized, tree,
+                     [tree] { tree->doItemsLayout(); });
+  }
+  QSize sizeHint(const QStyleOptionViewItem& option, const QModelIndex& index) const override {
+    const int margin = kMargin + tree_->style()->pixelMetric(QStyle::PM_FocusFrameHMargin);
+    const QRect room(0, 0, std::max(tree_->columnWidth(1) - 2 * margin, 1), 1 << 16);
+    const QRect text = option.fontMetrics.boundingRect(room, Qt::TextWrapAnywhere,
+                                                       index.data(Qt::DisplayRole).toString());
+    return {0, text.height() + 2 * kMargin};
+  }
+
+ protected:
+  void initStyleOption(QStyleOptionViewItem* option, const QModelIndex& index) const override {
+    QStyledItemDelegate::initStyleOption(option, index);
+    option->features |= QStyleOptionViewItem::WrapText;
+    option->text = Breakable(option->text);
+  }
+
+ private:
+  static constexpr int kMargin = 3;
+  QTreeWidget* tree_;
+};
+
 }  // namespace
 
 ScenePanel::ScenePanel(SceneController* controller) : controller_(controller) {
@@ -59,7 +88,11 @@ ScenePanel::ScenePanel(SceneController* controller) : controller_(controller) {
   facts_->setColumnCount(2);
   facts_->setHeaderHidden(true);
   facts_->setRootIsDecorated(false);
-  facts_->setTextElideMode(Qt::ElideMiddle);
+  facts_->setUniformRowHeights(false);
+  facts_->setWordWrap(true);
+  facts_->setTextElideMode(Qt::ElideNone);
+  facts_->setItemDelegateForColumn(1, new WrappedValue(facts_));
+  facts_->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
   facts_->header()->setSectionResizeMode(0, QHeaderView::ResizeToContents);
   // As wide as there is room: a last section that stretches keeps 100 pixels and scrolls.
   facts_->header()->setStretchLastSection(false);

@@ -14,6 +14,7 @@
 #include "base/error.h"
 #include "editing/edit_options.h"
 #include "viewer/canvas/canvas.h"
+#include "viewer/panels/drawer.h"
 #include "viewer/panels/option_form.h"
 #include "viewer/scene/current_region.h"
 #include "viewer/scene/scene_controller.h"
@@ -101,22 +102,33 @@ SelectionPanel::SelectionPanel(SceneController* controller, SelectionMode* mode,
   result_->setWordWrap(true);
   form_ = new OptionForm({"projector", "completion"});  // reach_ stands for both
   form_->setObjectName("selection_options");
-  auto* top = new QFormLayout;
-  auto* label = new QLabel(tr("Pre&set"));
-  label->setBuddy(preset_);
-  top->addRow(label, preset_);
-  label = new QLabel(tr("Paint selects"));
-  label->setBuddy(reach_);
-  top->addRow(label, reach_);
+  details_ = new QLabel;
+  details_->setObjectName("selection_details");
+  details_->setWordWrap(true);
+  auto* advanced = new QWidget;
+  auto* inner = new QVBoxLayout(advanced);
+  inner->setContentsMargins(0, 0, 0, 0);
+  auto *top = new QFormLayout, *method = new QFormLayout;
+  const auto add = [](QFormLayout* form, const QString& title, QWidget* control) {
+    auto* label = new QLabel(title);
+    label->setBuddy(control);
+    form->addRow(label, control);
+  };
+  add(top, tr("Paint selects"), reach_);
+  add(method, tr("Pre&set"), preset_);
+  inner->addWidget(details_);
+  inner->addLayout(method);
+  inner->addWidget(form_);
   auto* line = new QHBoxLayout;
   line->addWidget(live_, 1);
   line->addWidget(again_);
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(6, 6, 6, 6);
+  layout->addWidget(result_);
   layout->addLayout(top);
   layout->addLayout(line);
-  layout->addWidget(result_);
-  layout->addWidget(form_);
+  layout->addWidget(new Drawer("selection_advanced", tr("Advanced"), advanced));
+  layout->addWidget(advanced);
   layout->addStretch();
   rest_.setSingleShot(true);
   rest_.setInterval(kRestMs);
@@ -169,13 +181,19 @@ void SelectionPanel::ShowRegion() {
   shown_of_ = region ? region->id : 0;
   const bool painted = region && !region->selection->source.painted.empty();
   again_->setEnabled(painted);
-  if (!region)
-    return result_->setText(tr("These options are used when you accept what you paint."));
+  details_->hide();
+  if (!region) return result_->setText(tr("These settings are used when you accept your paint."));
   if (!painted) return result_->setText(tr("The masks of this region were not painted here."));
+  const auto& source = region->selection->source;
   QStringList lines;
-  for (const PaintedReport& report : region->selection->source.reports) lines << ReportText(report);
-  lines << tr("%L1 Gaussians are inside").arg(GaussiansInside(*region->selection));
-  result_->setText(Breakable(lines.join("\n")));
+  for (const PaintedReport& report : source.reports) lines << ReportText(report);
+  details_->setText(Breakable(lines.join("\n")));
+  details_->setVisible(!lines.isEmpty());
+  const int views = int(source.painted.size());
+  const QString count = tr("%L1 Gaussians").arg(GaussiansInside(*region->selection));
+  result_->setText(views == 1
+                       ? tr("%1 selected, from your paint on one view").arg(count)
+                       : tr("%1 selected, from your paint on %2 views").arg(count).arg(views));
 }
 
 // Of a selection that was not made since the scene was opened, what showed counts as its options.

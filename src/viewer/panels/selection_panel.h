@@ -58,7 +58,7 @@ class SelectionPanel : public QWidget {
   QComboBox *preset_, *reach_;
   QCheckBox* live_;
   QPushButton* again_;
-  QLabel* result_;
+  QLabel *result_, *details_;
   OptionForm* form_;
   std::shared_ptr<const RegionSelection> shown_;  // what result_ is about
   RegionId shown_of_ = 0;                         // whose that is

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A slider that goes where it is pressed, and follows from there.
+#pragma once
+
+#include <QSlider>
+
+namespace retint {
+
+class JumpSlider : public QSlider {
+ public:
+  using QSlider::QSlider;
+
+ protected:
+  void mousePressEvent(QMouseEvent* event) override;
+};
+
+}  // namespace retint
