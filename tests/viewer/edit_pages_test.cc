@@ -117,7 +117,7 @@ class EditPagesTest : public EditPanelFixture {
     Select(0);
     WriteFile(*folder_ / "gray.cube", GrayCube());
     QAction* add = nullptr;
-    for (QAction* action : Find<QToolButton>("operation_add")->menu()->actions()) {
+    for (QAction* action : Find<QMenu>("operation_more")->actions()) {
       if (action->objectName() == "lut") add = action;
     }
     QVERIFY(add);

@@ -2,7 +2,10 @@
 // What the tests of the panel that edits a region's colors share.
 #pragma once
 
+#include <string_view>
+
 #include <QAbstractButton>
+#include <QAction>
 #include <QCheckBox>
 #include <QDoubleSpinBox>
 #include <QLabel>
@@ -30,6 +33,7 @@ class EditPanelFixture : public PanelsFixture {
     return kinds;
   }
   void Click(const char* name) {
+    if (std::string_view(name).starts_with("mode_")) return Find<QAction>(name)->trigger();
     auto* button = Find<QAbstractButton>(name);
     // A box is at the left of its row.
     const QPoint at = qobject_cast<QCheckBox*>(button) ? QPoint(8, button->height() / 2)

@@ -126,7 +126,7 @@ class PaintedTest : public ViewerTest {
     AddRegionFromMasks(controller(), "object", masks_, ColorEdit());
     QVERIFY(added.count() > 0 || added.wait(kWaitMs));
     QTest::keyClick(window_.get(), Qt::Key_1, Qt::AltModifier);
-    QVERIFY(Click("mode_picture"));
+    window_->findChild<QAction*>("mode_picture")->trigger();
     QVERIFY(canvas().GoTo(subject_.first));
     QVERIFY(WaitSharp(*window_));
   }

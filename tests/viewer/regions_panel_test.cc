@@ -317,7 +317,7 @@ class RegionsPanelTest : public PanelsFixture {
     QVERIFY(WaitPainting(*window_));
     for (const char* name : names) QVERIFY2(!enabled(name), name);
     for (const char* mode : {"mode_adjust", "mode_grade", "mode_recolor"}) {
-      QTest::mouseClick(Find<QToolButton>(mode), Qt::LeftButton);
+      Find<QAction>(mode)->trigger();
       for (const char* pick : {"adjust_pick", "white_balance_pick", "recolor_pick_from"}) {
         QVERIFY2(!enabled(pick) || !Find<QToolButton>(pick)->isVisible(), pick);
       }
@@ -360,7 +360,7 @@ class RegionsPanelTest : public PanelsFixture {
     List()->setFocus();
     QTest::keyClick(List(), Qt::Key_Up, Qt::AltModifier);
     QCOMPARE(SessionRegions().regions[0].id, left);
-    QTest::mouseClick(Find<QToolButton>("region_down"), Qt::LeftButton);
+    QTest::keyClick(List(), Qt::Key_Down, Qt::AltModifier);
     QCOMPARE(SessionRegions().regions[1].id, left);
   }
 
@@ -385,6 +385,41 @@ class RegionsPanelTest : public PanelsFixture {
     QCOMPARE(window_->current_region(), three.regions[1].id);
     QTest::keyClick(List(), Qt::Key_Delete);
     QCOMPARE(SessionRegions().regions.size(), size_t(2));
+    QTRY_COMPARE(List()->topLevelItemCount(), 2);
+  }
+
+  void ALayerHasAMenu() {
+    QVERIFY(AddRegions());
+    Select(0);
+    const auto choose = [&](const char* name) {
+      const QPoint at = CellCenter(0, RegionsPanel::kColor);
+      QContextMenuEvent event(QContextMenuEvent::Mouse, at, List()->viewport()->mapToGlobal(at));
+      QCoreApplication::sendEvent(List()->viewport(), &event);
+      auto* menu = Find<QMenu>("region_menu");
+      QVERIFY(menu->isVisible());
+      auto* action = menu->findChild<QAction*>(name);
+      QVERIFY2(action, name);
+      action->trigger();
+      menu->close();
+      QTRY_VERIFY(!window_->findChild<QMenu*>("region_menu"));
+    };
+    QSignalSpy added(&Controller(), &SceneController::regionAdded);
+    choose("menu_duplicate");
+    QTRY_COMPARE_WITH_TIMEOUT(added.count(), 1, kWaitMs);
+    QCOMPARE(SessionRegions().regions[1].name, std::string("left copy"));
+    QSignalSpy masks(Find<RegionsPanel>("regions_panel"), &RegionsPanel::masksWanted);
+    choose("menu_masks");
+    QCOMPARE(masks.count(), 1);
+    auto* dialog = Find<QDialog>("export_dialog");
+    QVERIFY(dialog->isVisible());
+    dialog->reject();
+    choose("menu_rename");
+    auto* editor = List()->viewport()->findChild<QLineEdit*>();
+    QVERIFY(editor);
+    QTest::keyClicks(editor, "petals");
+    QTest::keyClick(editor, Qt::Key_Return);
+    QTRY_COMPARE(SessionRegions().regions[0].name, std::string("petals"));
+    choose("menu_delete");
     QTRY_COMPARE(List()->topLevelItemCount(), 2);
   }
 };

@@ -133,8 +133,7 @@ class Photographer {
     auto* panel = window_.findChild<EditPanel*>("edit_panel");
     const QStringList modes = {"recolor", "adjust", "grade", "gradient", "palette"};
     for (const QString& mode : modes) {
-      auto* button = window_.findChild<QAbstractButton*>("mode_" + mode);
-      QTest::mouseClick(button, Qt::LeftButton);
+      window_.findChild<QAction*>("mode_" + mode)->trigger();
       if (mode == "adjust") window_.findChild<QCheckBox*>("adjust_ranged")->setChecked(true);
       if (mode == "palette") {
         QTest::mouseClick(window_.findChild<QAbstractButton*>("palette_measure"), Qt::LeftButton);

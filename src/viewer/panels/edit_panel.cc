@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <QActionGroup>
 #include <QApplication>
-#include <QButtonGroup>
 #include <QClipboard>
 #include <QHeaderView>
 #include <QLabel>
@@ -19,11 +19,10 @@
 #include "recolor/edit_text.h"
 #include "viewer/panels/color_picker.h"
 #include "viewer/panels/edit_pages.h"
+#include "viewer/panels/layer_style.h"
 #include "viewer/panels/operation_views.h"
-#include "viewer/panels/parameter_row.h"
 #include "viewer/panels/row_tree.h"
 #include "viewer/widgets/long_text.h"
-#include "viewer/widgets/wrap_layout.h"
 
 namespace retint {
 namespace {
@@ -31,7 +30,7 @@ namespace {
 using Kind = ColorOperationKind;
 
 enum Column { kName, kStrength, kColumns };
-constexpr int kMostRows = 6;  // that show without scrolling
+constexpr int kRows = 3;  // that show without scrolling
 
 void ForgetMeasured(ColorEdit& edit, size_t from) {
   for (size_t i = from; i < edit.operations.size(); ++i) ForgetMeasured(edit.operations[i]);
@@ -61,35 +60,29 @@ EditPanel::EditPanel(QWidget* parent) : QWidget(parent) {
   layout->setContentsMargins(0, 0, 0, 0);
   layout->setSpacing(4);
   BuildList();
-  BuildModes();
+  BuildPages();
   picker_ = new ColorPicker;
   picker_->setObjectName("color_picker");
   problem_ = new QLabel;
   problem_->setObjectName("edit_problem");
   problem_->setWordWrap(true);
   problem_->hide();
-  strength_ = new ParameterRow("operation_strength", tr("This step"), {0, 1, 0, 1, 0.05, 1}, {},
-                               tr("How much of this operation is done, 0 to 1"));
-  layout->addWidget(mode_row_);
+  mode_name_ = new QLabel;
+  mode_name_->setObjectName("mode_name");
+  QFont font = mode_name_->font();
+  font.setBold(true);
+  mode_name_->setFont(font);
+  layout->addWidget(list_box_);
+  layout->addWidget(mode_name_);
   layout->addWidget(picker_);
   layout->addLayout(pages_);
   layout->addWidget(problem_);
-  layout->addWidget(list_box_);
-  layout->addWidget(strength_);
   connect(picker_, &ColorPicker::changed, this,
           [this](const QColor& color, bool dragging) { page()->ChooseColor(color, dragging); });
   connect(picker_, &ColorPicker::pickWanted, this, [this] {
     pick_for_page_ = false;
     Q_EMIT pickWanted();
   });
-  const auto set_strength = [this](double value, bool dragging) {
-    if (row_ < 0) return;
-    ColorEdit edit = edit_;
-    edit.operations[size_t(row_)].strength = float(value);
-    Send(std::move(edit), dragging);
-  };
-  connect(strength_, &ParameterRow::changed, this, set_strength);
-  connect(strength_, &ParameterRow::reset, this, [=] { set_strength(1, false); });
   ShowAll();
 }
 
@@ -110,34 +103,36 @@ void EditPanel::BuildList() {
     buttons->addWidget(button);
     return button;
   };
-  add_ = add("operation_add", tr("Add"), tr("Add an operation at the end of the list"));
+  add_ = add("operation_add", QStringLiteral("+"), tr("Add a step at the end of the list"));
   add_->setPopupMode(QToolButton::InstantPopup);
-  auto* menu = new QMenu(add_);
-  add_->setMenu(menu);
-  FillAddMenu(menu);
-  remove_ = add("operation_remove", tr("Remove"), tr("Remove this operation (Del in the list)"));
-  up_ = add("operation_up", QStringLiteral("▲"), tr("Apply it earlier (Alt+Up in the list)"));
-  down_ = add("operation_down", QStringLiteral("▼"), tr("Apply it later (Alt+Down in the list)"));
+  add_->setMenu(new QMenu(add_));
+  remove_ = add("operation_remove", QStringLiteral("−"), tr("Remove this step (Del in the list)"));
   buttons->addStretch();
-  copy_ = add("edit_copy", tr("Copy"), tr("Copy the whole edit, as the text of an edit.json"));
-  paste_ = add("edit_paste", tr("Paste"), tr("Replace the edit by the one that was copied"));
+  copy_ = add("edit_copy", tr("Copy"), tr("Copy all steps, as the text of an edit.json"));
+  paste_ = add("edit_paste", tr("Paste"), tr("Replace all steps by those that were copied"));
   layout->addLayout(buttons);
   list_ = new RowTree;
   list_->setObjectName("operation_list");
-  list_->setAccessibleName(tr("Operations of the edit"));
+  list_->setAccessibleName(tr("Steps"));
   list_->setColumnCount(kColumns);
   list_->setHeaderHidden(true);
   list_->setEditTriggers(QAbstractItemView::NoEditTriggers);
-  list_->setToolTip(
-      tr("What is done to the colors, the first at first. A box switches an operation off and on; "
-         "drag to reorder.\nOff and on: Space · remove: Del · move: Alt+Up, Alt+Down"));
+  list_->setToolTip(tr(
+      "What is done to the colors, the first at first. An eye switches a step off and on; drag to "
+      "reorder; double-click the percentage to do less of it.\nOff and on: Space · percentage: "
+      "F2 · remove: Del · move: Alt+Up, Alt+Down"));
   list_->header()->setStretchLastSection(false);
   list_->header()->setSectionResizeMode(kName, QHeaderView::Stretch);
   list_->header()->setSectionResizeMode(kStrength, QHeaderView::ResizeToContents);
   layout->addWidget(list_);
   connect(remove_, &QToolButton::clicked, this, [this] { RemoveRow(row_); });
-  connect(up_, &QToolButton::clicked, this, [this] { MoveRow(row_, row_ - 1); });
-  connect(down_, &QToolButton::clicked, this, [this] { MoveRow(row_, row_ + 1); });
+  const auto edit_strength = [this](QTreeWidgetItem* item) {
+    if (item) list_->editItem(item, kStrength);
+  };
+  connect(list_, &QTreeWidget::itemDoubleClicked, this, [=](QTreeWidgetItem* item, int column) {
+    if (column == kStrength) edit_strength(item);
+  });
+  connect(list_, &RowTree::renamePressed, this, [=, this] { edit_strength(list_->currentItem()); });
   connect(copy_, &QToolButton::clicked, this, &EditPanel::Copy);
   connect(paste_, &QToolButton::clicked, this, &EditPanel::Paste);
   connect(list_, &RowTree::deletePressed, remove_, &QToolButton::click);
@@ -149,54 +144,46 @@ void EditPanel::BuildList() {
   });
 }
 
-void EditPanel::BuildModes() {
-  mode_row_ = new QWidget;
-  auto* layout = new WrapLayout(mode_row_);
-  layout->setContentsMargins(0, 0, 0, 0);
-  layout->setSpacing(2);
-  QSizePolicy policy(QSizePolicy::Preferred, QSizePolicy::Minimum);
-  policy.setHeightForWidth(true);
-  mode_row_->setSizePolicy(policy);
-  modes_ = new QButtonGroup(this);
+void EditPanel::BuildPages() {
+  modes_ = new QActionGroup(this);
   pages_ = new PageLayout;
-  AddMode("recolor", tr("Recolor"), tr("Make it this color: shading and highlights stay"),
+  AddPage("recolor", tr("Recolor"), tr("Make it this color: shading and highlights stay"),
           new RecolorPage);
-  AddMode("tint", tr("Tint"), tr("Multiply the colors, as the ReCoGS paper does"), new TintPage);
-  AddMode("adjust", tr("Adjust"), tr("Turn hues, change chroma and lightness, in OKLCh"),
+  AddPage("adjust", tr("Adjust"), tr("Turn hues, change chroma and lightness, in OKLCh"),
           new AdjustPage);
-  AddMode("grade", tr("Grade"), tr("Exposure, contrast, gamma, white balance, saturation"),
+  AddPage("grade", tr("Grade"), tr("Exposure, contrast, gamma, white balance, saturation"),
           new GradePage);
   lut_ = new LutPage;
-  AddMode("lut", tr("LUT"), tr("Look colors up in a table from a file"), lut_);
+  AddPage("lut", tr("LUT"), tr("Look colors up in a table from a file"), lut_);
   connect(lut_, &LutPage::added, this,
           [this](const ColorOperation& operation) { Insert(operation, false); });
-  AddMode("gradient", tr("Gradient"), tr("Replace colors by their lightness"), new GradientPage);
-  AddMode("palette", tr("Palette"), tr("Give each of the region's main colors another one"),
+  AddPage("gradient", tr("Gradient"), tr("Replace colors by their lightness"), new GradientPage);
+  AddPage("palette", tr("Palette"), tr("Give each of the region's main colors another one"),
           new PalettePage);
   auto* picture = new PicturePage;
-  AddMode("picture", tr("Picture"), tr("Take over what was painted on a view in another program"),
+  AddPage("picture", tr("Picture"), tr("Take over what was painted on a view in another program"),
           picture);
   connect(picture, &PicturePage::elsewhereWanted, this, &EditPanel::elsewhereWanted);
   connect(picture, &PicturePage::splitWanted, this, &EditPanel::splitWanted);
-  // For lists from elsewhere: no button leads there.
-  AddMode("matrix", tr("Matrix"), tr("Any affine map of the colors"), new MatrixPage);
-  modes_->buttons().back()->hide();
-  connect(modes_, &QButtonGroup::idClicked, this, [this](int mode) {
-    SetMode(mode);
+  AddPage("tint", tr("Tint"), tr("Multiply the colors, as the ReCoGS paper does"), new TintPage);
+  QMenu* more = add_->menu()->addMenu(tr("More"));
+  FillMore(more);
+  // For lists from elsewhere: no entry of the menu leads there.
+  AddPage("matrix", tr("Matrix"), tr("Any affine map of the colors"), new MatrixPage);
+  modes_->actions().back()->setVisible(false);
+  connect(modes_, &QActionGroup::triggered, this, [this](const QAction* action) {
+    SetMode(int(modes_->actions().indexOf(action)));
     row_ = RowOfPage();
     ShowAll();
   });
 }
 
-void EditPanel::AddMode(const char* name, const QString& text, const QString& tip, EditPage* page) {
-  auto* button = new QToolButton;
-  button->setObjectName(QStringLiteral("mode_%1").arg(name));
-  button->setText(text);
-  button->setToolTip(tip);
-  button->setCheckable(true);
-  button->setFocusPolicy(Qt::StrongFocus);
-  modes_->addButton(button, pages_->count());
-  mode_row_->layout()->addWidget(button);
+void EditPanel::AddPage(const char* name, const QString& text, const QString& tip, EditPage* page) {
+  QAction* action = add_->menu()->addAction(text);
+  action->setObjectName(QStringLiteral("mode_%1").arg(name));
+  action->setToolTip(tip);
+  action->setCheckable(true);
+  modes_->addAction(action);
   pages_->addWidget(page);
   connect(page, &EditPage::changed, this, &EditPanel::Take);
   connect(page, &EditPage::removed, this, &EditPanel::RemoveFromPage);
@@ -207,7 +194,9 @@ void EditPanel::AddMode(const char* name, const QString& text, const QString& ti
   });
 }
 
-void EditPanel::FillAddMenu(QMenu* menu) {
+// Every operation as it is: a second one of its kind too.
+void EditPanel::FillMore(QMenu* menu) {
+  menu->setObjectName("operation_more");
   for (const ColorOperationType& type : ColorOperationTypes()) {
     if (type.kind == Kind::kPicture) continue;  // comes from elsewhere
     QAction* action =
@@ -285,26 +274,25 @@ void EditPanel::ShowList() {
     item->setCheckState(kName, operations[i].strength > 0 ? Qt::Checked : Qt::Unchecked);
     item->setText(kStrength, tr("%1 %").arg(qRound(operations[i].strength * 100)));
     item->setTextAlignment(kStrength, Qt::AlignRight | Qt::AlignVCenter);
-    item->setFlags(Qt::ItemIsEnabled | Qt::ItemIsSelectable | Qt::ItemIsUserCheckable |
-                   Qt::ItemNeverHasChildren);
+    // Set anew, even the same flags would reset the text of an editor that is open.
+    const Qt::ItemFlags flags = Qt::ItemIsEnabled | Qt::ItemIsSelectable | Qt::ItemIsEditable |
+                                Qt::ItemIsUserCheckable | Qt::ItemNeverHasChildren;
+    if (item->flags() != flags) item->setFlags(flags);
   }
   list_->setCurrentItem(row_ >= 0 ? list_->topLevelItem(row_) : nullptr);
   filling_ = false;
-  const int rows = std::clamp(int(operations.size()), 1, kMostRows);
-  const int row = operations.empty() ? fontMetrics().height() + 6
-                                     : list_->visualItemRect(list_->topLevelItem(0)).height();
-  list_->setFixedHeight(rows * std::max(row, fontMetrics().height()) + 2 * list_->frameWidth() + 2);
+  // As high whatever it holds, so that nothing below it moves.
+  const int row = LayerHeight(*list_);
+  list_->setFixedHeight(kRows * row + 2 * list_->frameWidth());
   const int count = int(operations.size());
-  list_->setVisible(count > 0);
   remove_->setEnabled(row_ >= 0);
-  up_->setEnabled(row_ > 0);
-  down_->setEnabled(row_ >= 0 && row_ + 1 < count);
   add_->setEnabled(count < kMaxColorOps);
   copy_->setEnabled(count > 0);
 }
 
 void EditPanel::ShowPage() {
-  modes_->button(mode_)->setChecked(true);
+  modes_->actions().at(mode_)->setChecked(true);
+  mode_name_->setText(modes_->actions().at(mode_)->text());
   page()->Show([this](Kind kind) -> const ColorOperation* {
     const int index = IndexOf(kind);
     return index < 0 ? nullptr : &edit_.operations[size_t(index)];
@@ -312,8 +300,6 @@ void EditPanel::ShowPage() {
   const QColor color = page()->color();
   picker_->setVisible(color.isValid());
   if (color.isValid()) picker_->SetColor(color);
-  strength_->setVisible(row_ >= 0);
-  if (row_ >= 0) strength_->SetValue(double(edit_.operations[size_t(row_)].strength));
 }
 
 void EditPanel::SetMode(int mode) {
@@ -419,9 +405,10 @@ void EditPanel::MoveRow(int from, int to) {
 }
 
 // Off is a strength of 0; on again, the operation has the strength that it had.
-void EditPanel::OnItemChanged(QTreeWidgetItem* item) {
+void EditPanel::OnItemChanged(QTreeWidgetItem* item, int column) {
   if (filling_) return;
   const int row = list_->indexOfTopLevelItem(item);
+  if (column == kStrength) return SetStrength(row, item->text(kStrength));
   const bool on = item->checkState(kName) == Qt::Checked;
   ColorEdit edit = edit_;
   float& strength = edit.operations[size_t(row)].strength;
@@ -432,6 +419,20 @@ void EditPanel::OnItemChanged(QTreeWidgetItem* item) {
   } else {
     strengths_[row] = std::exchange(strength, 0.0F);
   }
+  ForgetMeasured(edit, size_t(row) + 1);
+  Send(std::move(edit), false);
+}
+
+// As it was typed: "40" or "40 %".
+void EditPanel::SetStrength(int row, const QString& percent) {
+  bool is_number = false;
+  const double value = QString(percent).remove('%').trimmed().toDouble(&is_number);
+  if (!is_number || value < 0 || value > 100) {
+    ShowList();
+    return Complain(tr("A step is done by 0 to 100 percent."));
+  }
+  ColorEdit edit = edit_;
+  edit.operations[size_t(row)].strength = float(value / 100);
   ForgetMeasured(edit, size_t(row) + 1);
   Send(std::move(edit), false);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The editor of one edit: the list of its operations, and the modes in which they are made. It
-// knows nothing of regions: an edit comes in, and the user's changed one goes out.
+// The editor of one edit: the list of its steps, and the page of the one that is chosen. It
+// knows nothing of regions: an edit comes in, and what the user makes of it goes out.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,8 @@
 
 #include "recolor/color_edit.h"
 
-class QButtonGroup;
+class QAction;
+class QActionGroup;
 class QLabel;
 class QMenu;
 class QStackedLayout;
@@ -24,7 +25,6 @@ namespace retint {
 class ColorPicker;
 class EditPage;
 class LutPage;
-class ParameterRow;
 class RowTree;
 
 class EditPanel : public QWidget {
@@ -52,9 +52,9 @@ class EditPanel : public QWidget {
 
  private:
   void BuildList();
-  void BuildModes();
-  void AddMode(const char* name, const QString& text, const QString& tip, EditPage* page);
-  void FillAddMenu(QMenu* menu);
+  void BuildPages();
+  void AddPage(const char* name, const QString& text, const QString& tip, EditPage* page);
+  void FillMore(QMenu* menu);
   void ShowAll();
   void ShowList();
   void ShowPage();
@@ -70,7 +70,8 @@ class EditPanel : public QWidget {
   void RemoveRow(int row);
   void RemoveFromPage(ColorOperationKind kind);
   void MoveRow(int from, int to);
-  void OnItemChanged(QTreeWidgetItem* item);
+  void OnItemChanged(QTreeWidgetItem* item, int column);
+  void SetStrength(int row, const QString& percent);
   void Copy();
   void Paste();
   bool Send(ColorEdit edit, bool dragging);
@@ -85,13 +86,12 @@ class EditPanel : public QWidget {
   std::map<int, float> strengths_;  // of operations that are off, by row
   RowTree* list_;
   QWidget* list_box_;
-  QToolButton *add_, *remove_, *up_, *down_, *copy_, *paste_;
-  QButtonGroup* modes_;
-  QWidget* mode_row_;
+  QToolButton *add_, *remove_, *copy_, *paste_;
+  QActionGroup* modes_;  // one a page
+  QLabel* mode_name_;
   ColorPicker* picker_;
   QStackedLayout* pages_;
   LutPage* lut_;
-  ParameterRow* strength_;  // of the operation at hand
   QLabel* problem_;
 };
 

@@ -7,6 +7,7 @@
 #include <QGridLayout>
 #include <QHeaderView>
 #include <QLabel>
+#include <QMenu>
 #include <QPainter>
 #include <QSignalBlocker>
 #include <QSlider>
@@ -18,6 +19,7 @@
 #include "viewer/canvas/contrast.h"
 #include "viewer/panels/edit_panel.h"
 #include "viewer/panels/jump_slider.h"
+#include "viewer/panels/layer_style.h"
 #include "viewer/panels/operation_views.h"
 #include "viewer/panels/row_tree.h"
 #include "viewer/scene/current_region.h"
@@ -50,7 +52,7 @@ RegionsPanel::RegionsPanel(SceneController* controller, Canvas* canvas, CurrentR
   list_->setObjectName("region_list");
   list_->setAccessibleName(tr("Regions"));
   list_->setColumnCount(kColumns);
-  list_->setHeaderLabels({tr("Shown, name"), tr("Solo"), tr("Color"), tr("Strength")});
+  list_->setHeaderLabels({tr("Region"), tr("Solo"), tr("Color"), tr("Opacity")});
   list_->setToolTip(
       tr("The first is applied first; drag to reorder.\nSolo shows one region alone; it is not an "
          "edit.\n"
@@ -71,8 +73,7 @@ RegionsPanel::RegionsPanel(SceneController* controller, Canvas* canvas, CurrentR
   layout->setContentsMargins(6, 6, 6, 6);
   layout->addWidget(buttons_);
   layout->addWidget(empty_);
-  constexpr int kFirst = 1000;  // takes the remaining room before the end does
-  layout->addWidget(list_, kFirst);
+  layout->addWidget(list_);
   layout->addWidget(editors_);
   layout->addStretch(1);
 
@@ -84,11 +85,21 @@ RegionsPanel::RegionsPanel(SceneController* controller, Canvas* canvas, CurrentR
     controller_->Do(MoveRegion{IdOf(list_->topLevelItem(from)), size_t(to)});
   });
   connect(list_, &RowTree::deletePressed, remove_, &QToolButton::click);
-  connect(list_, &RowTree::duplicatePressed, duplicate_, &QToolButton::click);
-  connect(list_, &RowTree::stepPressed, this, &RegionsPanel::Step);
-  connect(list_, &RowTree::renamePressed, this, [this] {
-    if (list_->currentItem()) list_->editItem(list_->currentItem(), kName);
+  connect(list_, &RowTree::duplicatePressed, this, [this] {
+    if (Current()) controller_->Duplicate(current_->id());
   });
+  list_->setContextMenuPolicy(Qt::CustomContextMenu);
+  connect(list_, &QWidget::customContextMenuRequested, this, [this](const QPoint& at) {
+    QTreeWidgetItem* item = list_->itemAt(at);
+    if (!item) return;
+    list_->setCurrentItem(item);
+    auto* menu = new QMenu(this);
+    menu->setAttribute(Qt::WA_DeleteOnClose);
+    FillMenu(menu);
+    menu->popup(list_->viewport()->mapToGlobal(at));
+  });
+  connect(list_, &RowTree::stepPressed, this, &RegionsPanel::Step);
+  connect(list_, &RowTree::renamePressed, this, &RegionsPanel::Rename);
   connect(controller_, &SceneController::regionsChanged, this, &RegionsPanel::Refresh);
   const auto fresh = [this] {
     colors_.Clear();
@@ -121,15 +132,27 @@ void RegionsPanel::BuildButtons() {
                [this] { Q_EMIT paintWanted(0); });
   extend_ = add("region_extend", tr("Paint"), tr("Extend or erase this region from this view"),
                 [this] { Q_EMIT paintWanted(current_->id()); });
-  duplicate_ = add("region_duplicate", tr("Copy"), tr("Duplicate this region (Ctrl+D in the list)"),
-                   [this] { controller_->Duplicate(current_->id()); });
-  remove_ = add("region_delete", tr("Delete"), tr("Delete this region (Del in the list)"),
+  remove_ = add("region_delete", QStringLiteral("−"), tr("Delete this region (Del in the list)"),
                 [this] { controller_->Do(RemoveRegion{current_->id()}); });
   layout->addStretch();
-  up_ = add("region_up", QStringLiteral("▲"), tr("Apply it earlier (Alt+Up in the list)"),
-            [this] { Step(-1); });
-  down_ = add("region_down", QStringLiteral("▼"), tr("Apply it later (Alt+Down in the list)"),
-              [this] { Step(1); });
+}
+
+void RegionsPanel::Rename() {
+  if (list_->currentItem()) list_->editItem(list_->currentItem(), kName);
+}
+
+void RegionsPanel::FillMenu(QMenu* menu) {
+  menu->setObjectName("region_menu");
+  const auto add = [&](const char* name, const QString& text, auto act) {
+    menu->addAction(text, this, act)->setObjectName(name);
+  };
+  add("menu_rename", tr("Rename\tF2"), [this] { Rename(); });
+  add("menu_duplicate", tr("Duplicate\tCtrl+D"), [this] { Q_EMIT list_->duplicatePressed(); });
+  menu->addSeparator();
+  add("menu_split", tr("Split Gaussians…"), [this] { Q_EMIT splitWanted(); });
+  add("menu_masks", tr("Save masks…"), [this] { Q_EMIT masksWanted(); });
+  menu->addSeparator();
+  add("menu_delete", tr("Delete\tDel"), [this] { remove_->click(); });
 }
 
 void RegionsPanel::BuildEditors() {
@@ -141,18 +164,18 @@ void RegionsPanel::BuildEditors() {
   layout->addWidget(title_, 0, 0, 1, 3);
   edit_ = new EditPanel;
   layout->addWidget(edit_, 1, 0, 1, 3);
-  auto* label = new QLabel(tr("S&trength"));
+  auto* label = new QLabel(tr("Opaci&ty"));
   strength_ = new JumpSlider(Qt::Horizontal);
   strength_->setObjectName("strength");
   strength_->setRange(0, 100);
-  strength_->setAccessibleName(tr("Strength"));
-  strength_->setToolTip(tr("How much of the whole edit is done, in percent (Alt+T, arrows)"));
+  strength_->setAccessibleName(tr("Opacity"));
+  strength_->setToolTip(tr("How much of all steps is done, in percent (Alt+T, arrows)"));
   percent_ = new QSpinBox;
   percent_->setObjectName("strength_percent");
   percent_->setRange(0, 100);
   percent_->setSuffix(tr(" %"));
   percent_->setKeyboardTracking(false);
-  percent_->setAccessibleName(tr("Strength in percent"));
+  percent_->setAccessibleName(tr("Opacity in percent"));
   label->setBuddy(strength_);
   layout->addWidget(label, 2, 0);
   layout->addWidget(strength_, 2, 1);
@@ -238,29 +261,23 @@ void RegionsPanel::Refresh() {
   ShowCurrent();
 }
 
-// As high as its rows, where there is room; a few show in any case.
+// As high whatever it holds, so that nothing below it moves.
 void RegionsPanel::FitList() {
-  constexpr int kFew = 4;
-  const int rows = std::max(1, list_->topLevelItemCount());
-  const int row = list_->topLevelItemCount() > 0
-                      ? list_->visualItemRect(list_->topLevelItem(0)).height()
-                      : fontMetrics().height();
-  const int around = list_->header()->sizeHint().height() + 2 * list_->frameWidth() + 2;
-  list_->setMinimumHeight(around + std::min(rows, kFew) * row);
-  list_->setMaximumHeight(around + rows * row);
+  constexpr int kRows = 3;
+  const int row = LayerHeight(*list_);
+  const int height = list_->header()->sizeHint().height() + 2 * list_->frameWidth() + kRows * row;
+  list_->setFixedHeight(height);
+  empty_->setFixedHeight(height);
 }
 
 void RegionsPanel::ShowCurrent() {
   const Region* region = Current();
   const bool open = controller_->IsOpen();
   paint_->setEnabled(open && !selecting_);
-  for (QWidget* widget : std::initializer_list<QWidget*>{duplicate_, remove_, editors_}) {
+  for (QWidget* widget : std::initializer_list<QWidget*>{remove_, editors_}) {
     widget->setEnabled(region != nullptr);
   }
   extend_->setEnabled(region && !selecting_);
-  const int row = list_->currentItem() ? list_->indexOfTopLevelItem(list_->currentItem()) : -1;
-  up_->setEnabled(region && row > 0);
-  down_->setEnabled(region && row >= 0 && row + 1 < list_->topLevelItemCount());
   const bool untouched = region && ChangesNothing(region->edit);
   const QString name = region ? QString::fromStdString(region->name) : QString();
   title_->setText(!region     ? tr("Edit: choose a region")

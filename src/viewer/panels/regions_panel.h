@@ -12,6 +12,8 @@
 #include "viewer/canvas/contrast.h"
 
 class QLabel;
+class QMenu;
+class QPoint;
 class QSlider;
 class QSpinBox;
 class QToolButton;
@@ -43,6 +45,7 @@ class RegionsPanel : public QWidget {
   void paintWanted(retint::RegionId id);  // 0: a new region
   void elsewhereWanted(bool photo);       // see EditPanel
   void splitWanted();                     // see EditPanel
+  void masksWanted();                     // of the current region, to be saved
 
  private:
   void BuildButtons();
@@ -57,6 +60,8 @@ class RegionsPanel : public QWidget {
   QColor BaseOf(const Region& region);
   void OnStrength(int percent);
   void Step(int by);
+  void FillMenu(QMenu* menu);
+  void Rename();
   const Region* Current() const;
   RegionId IdOf(const QTreeWidgetItem* item) const;
 
@@ -66,7 +71,7 @@ class RegionsPanel : public QWidget {
   RowTree* list_;
   QLabel* empty_;
   QWidget *buttons_, *editors_;
-  QToolButton *paint_, *extend_, *duplicate_, *remove_, *up_, *down_;
+  QToolButton *paint_, *extend_, *remove_;
   EditPanel* edit_;
   QSlider* strength_;
   QSpinBox* percent_;

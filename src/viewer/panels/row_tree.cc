@@ -6,6 +6,8 @@
 #include <QMouseEvent>
 #include <QPainter>
 
+#include "viewer/panels/layer_style.h"
+
 namespace retint {
 namespace {
 
@@ -28,6 +30,7 @@ bool IsListKey(const QKeyEvent& event) {
 }  // namespace
 
 RowTree::RowTree(QWidget* parent) : QTreeWidget(parent) {
+  setStyle(new LayerStyle(this));
   setRootIsDecorated(false);
   setUniformRowHeights(true);
   setAllColumnsShowFocus(true);

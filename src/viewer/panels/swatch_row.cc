@@ -43,6 +43,8 @@ SwatchRow::SwatchRow(const QString& title, const QString& key, Form form, QWidge
     if (color.isValid()) colors_.push_back(color);
   }
   Build();
+  // A line, also while there is nothing in it: what lies below does not move.
+  setMinimumHeight(cells_.front()->sizeHint().height());
   Show();
 }
 
@@ -87,7 +89,6 @@ void SwatchRow::Show() {
     cells_[i]->setToolTip(kept ? tr("%1 (Del or a right click takes it away)").arg(name) : name);
   }
   if (plus_) plus_->setEnabled(colors_.size() < kMostKept);
-  setVisible(kept || !colors_.empty());
   updateGeometry();
 }
 

@@ -222,6 +222,7 @@ void MainWindow::AddPanels() {
   });
   connect(regions_panel, &RegionsPanel::splitWanted, this,
           [this] { SplitGaussians(current_->id()); });
+  connect(regions_panel, &RegionsPanel::masksWanted, this, &MainWindow::ExportMasks);
   connect(elsewhere, &ViewEditor::opened, this, [this](const QString& path) {
     Say(tr("%1 is open in another program. What you save there is taken over").arg(path));
   });
