@@ -66,7 +66,8 @@ class EditPanelFixture : public PanelsFixture {
     count->selectAll();
     QTest::keyClicks(count, "2");
     QTest::keyClick(count, Qt::Key_Return);
-    return Measured();
+    const auto* note = Find<QLabel>("palette_note");
+    return QTest::qWaitFor([=] { return note->text().contains("Choose a main color"); }, kWaitMs);
   }
 
   bool Measured() {

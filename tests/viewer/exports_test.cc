@@ -4,6 +4,7 @@
 
 #include <QCheckBox>
 #include <QLabel>
+#include <QLocale>
 #include <QProgressBar>
 #include <QPushButton>
 #include <QSpinBox>
@@ -16,6 +17,7 @@
 #include "splat_io/splat_io.h"
 #include "tests/support/file_size_limit.h"
 #include "tests/viewer/files_fixture.h"
+#include "viewer/panels/splat_formats.h"
 #include "viewer/scene/video_maker.h"
 
 namespace retint {
@@ -266,6 +268,37 @@ class ExportsTest : public FilesFixture {
     const GaussianModel edited = ReadSplat(out.string() + ".ply");
     QVERIFY(edited.means == controller().facts()->original->means);
     QVERIFY(edited.sh == *controller().sh());
+  }
+
+  // A name of another format is neither written as it is nor given a second ending.
+  void AnEndingOfNoFormatIsRefused() {
+    const fs::path folder = Fresh();
+    AnswerFileDialog(folder / "out.xyz");
+    PressKey(*window_, Qt::Key_E, Qt::ControlModifier);
+    const QString error = ReadError(*window_);
+    QVERIFY2(error.contains("cannot be written as .xyz") && error.contains(".ply"),
+             qPrintable(error));
+    QVERIFY(fs::is_empty(folder));
+  }
+
+  void FormatsHaveSizes() {
+    const auto formats = ExportFormats(*controller().facts()->original);
+    QVERIFY(formats.size() > 4);
+    for (const ExportFormat& format : formats) {
+      QVERIFY2(format.filter.contains(", about "), qPrintable(format.filter));
+      qInfo("%s", qPrintable(format.filter));
+      QString problem;
+      QCOMPARE(NamedForExport("/a/b.2", format.filter, formats, &problem),
+               "/a/b.2" + format.extension);
+    }
+    // The size of one is told beforehand as it comes out: a PLY file's is all rows.
+    const fs::path out = Fresh() / "out.ply";
+    WriteSplat(out, *controller().facts()->original);
+    const QString size =
+        QLocale().formattedDataSize(qint64(fs::file_size(out)), 1, QLocale::DataSizeSIFormat);
+    const auto ply = std::ranges::find(formats, QString(".ply"), &ExportFormat::extension);
+    QVERIFY(ply != formats.end());
+    QVERIFY2(ply->filter.contains(", about " + size), qPrintable(ply->filter + " " + size));
   }
 
   void AnExportCanBeCancelled() {

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include <QAbstractButton>
+#include <QAction>
 #include <QFile>
 #include <QLabel>
 #include <QSlider>

@@ -6,7 +6,10 @@
 
 #include <QAction>
 #include <QCheckBox>
+#include <QContextMenuEvent>
+#include <QDialog>
 #include <QLineEdit>
+#include <QMenu>
 #include <QMetaProperty>
 #include <QSlider>
 #include <QToolButton>

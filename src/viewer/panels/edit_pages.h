@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include <QColor>
@@ -194,6 +195,12 @@ class PalettePage : public EditPage {
   PalettePage();
   QColor color() const override;
   void ChooseColor(const QColor& color, bool dragging) override;
+  // What measureWanted() asked for: kPalette of colors that stay.
+  void TakeMeasured(const ColorOperation& palette);
+
+ Q_SIGNALS:
+  // The main colors of the region are to be measured, which changes nothing of the edit.
+  void measureWanted(int count);
 
  protected:
   void ShowMore() override;
@@ -201,6 +208,8 @@ class PalettePage : public EditPage {
  private:
   void SetCurrent(size_t pair);
   void Ask(int count);
+  ColorOperation Drawn() const;
+  bool IsMeasured() const;
   QSpinBox* count_;
   QToolButton *stay_, *measure_;
   QWidget* pairs_;
@@ -209,6 +218,9 @@ class PalettePage : public EditPage {
   size_t current_ = 0;
   int asked_ = 0;  // main colors; 0: nothing was asked yet
   uint64_t asked_of_ = 0;
+  bool waits_ = false;  // for TakeMeasured()
+  // As long as the edit has no palette; none: not measured yet.
+  std::optional<ColorOperation> measured_;
 };
 
 // Paint on views from another program.

@@ -158,8 +158,13 @@ void EditPanel::BuildPages() {
   connect(lut_, &LutPage::added, this,
           [this](const ColorOperation& operation) { Insert(operation, false); });
   AddPage("gradient", tr("Gradient"), tr("Replace colors by their lightness"), new GradientPage);
+  palette_ = new PalettePage;
   AddPage("palette", tr("Palette"), tr("Give each of the region's main colors another one"),
-          new PalettePage);
+          palette_);
+  connect(palette_, &PalettePage::measureWanted, this, [this](int count) {
+    const int row = IndexOf(Kind::kPalette);
+    Q_EMIT paletteWanted(count, row < 0 ? int(edit_.operations.size()) : row);
+  });
   auto* picture = new PicturePage;
   AddPage("picture", tr("Picture"), tr("Take over what was painted on a view in another program"),
           picture);
@@ -462,6 +467,11 @@ void EditPanel::SetCanPick(bool can) {
   for (int i = 0; i < pages_->count(); ++i) {
     static_cast<EditPage*>(pages_->widget(i))->SetCanPick(can);
   }
+  ShowPage();
+}
+
+void EditPanel::TakePalette(const ColorOperation& palette) {
+  palette_->TakeMeasured(palette);
   ShowPage();
 }
 

@@ -25,6 +25,7 @@ namespace retint {
 class ColorPicker;
 class EditPage;
 class LutPage;
+class PalettePage;
 class RowTree;
 
 class EditPanel : public QWidget {
@@ -41,6 +42,7 @@ class EditPanel : public QWidget {
   // The color of the picture that pickWanted() asked for.
   void TakePicked(const QColor& color);
   void SetCanPick(bool can);  // whether pickWanted() leads anywhere
+  void TakePalette(const ColorOperation& palette);
 
  Q_SIGNALS:
   // By the user; it is valid. `dragging`: more is to come.
@@ -49,6 +51,8 @@ class EditPanel : public QWidget {
   // The view that shows, or its photo, is to be edited in another program.
   void elsewhereWanted(bool photo);
   void splitWanted();  // of the Gaussians that take paint
+  // The main colors that the steps before `before` leave are wanted, for TakePalette().
+  void paletteWanted(int count, int before);
 
  private:
   void BuildList();
@@ -92,6 +96,7 @@ class EditPanel : public QWidget {
   ColorPicker* picker_;
   QStackedLayout* pages_;
   LutPage* lut_;
+  PalettePage* palette_;
   QLabel* problem_;
 };
 

@@ -79,28 +79,50 @@ PalettePage::PalettePage() : EditPage({Kind::kPalette}) {
 
 void PalettePage::Ask(int count) {
   asked_ = count;
-  ColorOperation operation = ColorOperation::Palette(count);
-  if (const ColorOperation* old = shown(Kind::kPalette)) {
-    // The new colors of the most frequent ones stay.
-    operation.strength = old->strength;
-    const size_t both = std::min(operation.values.size(), old->values.size());
-    for (size_t i = 0; i < both; ++i) {
-      if (i % kPairValues >= 3) operation.values[i] = old->values[i];
-    }
+  asked_of_ = subject_;
+  waits_ = true;
+  Q_EMIT measureWanted(count);
+  ShowMore();
+}
+
+void PalettePage::TakeMeasured(const ColorOperation& palette) {
+  waits_ = false;
+  const ColorOperation* old = shown(Kind::kPalette);
+  if (!old) {
+    measured_ = palette;
+    ShowMore();
+    return Q_EMIT colorChanged();
   }
+  // What the most frequent ones become stays.
+  ColorOperation operation = palette;
+  operation.strength = old->strength;
+  const size_t both = std::min(operation.values.size(), old->values.size());
+  for (size_t i = 0; i < both; ++i) {
+    if (i % kPairValues >= 3) operation.values[i] = old->values[i];
+  }
+  if (operation == *old) return ShowMore();
   Q_EMIT changed(operation, false);
 }
 
+// The edit's palette, else what was measured for one.
+ColorOperation PalettePage::Drawn() const {
+  return !shown(Kind::kPalette) && measured_ ? *measured_ : Operation(Kind::kPalette);
+}
+
+bool PalettePage::IsMeasured() const {
+  return (shown(Kind::kPalette) || measured_) && !Drawn().NeedsMeasuring();
+}
+
 QColor PalettePage::color() const {
-  const ColorOperation* operation = shown(Kind::kPalette);
-  if (!operation || operation->NeedsMeasuring()) return {};
+  if (!IsMeasured()) return {};
+  const ColorOperation drawn = Drawn();
   const float* pair =
-      &operation->values[std::min(current_ * kPairValues, operation->values.size() - kPairValues)];
+      &drawn.values[std::min(current_ * kPairValues, drawn.values.size() - kPairValues)];
   return ToColor({pair[3] != kUnset ? pair + 3 : pair, 3});
 }
 
 void PalettePage::ChooseColor(const QColor& color, bool dragging) {
-  ColorOperation operation = Operation(Kind::kPalette);
+  ColorOperation operation = Drawn();
   float* to = &operation.values[current_ * kPairValues + 3];
   to[0] = color.redF(), to[1] = color.greenF(), to[2] = color.blueF();
   Q_EMIT changed(operation, dragging);
@@ -113,13 +135,18 @@ void PalettePage::SetCurrent(size_t pair) {
 }
 
 void PalettePage::ShowMore() {
+  if (std::exchange(asked_of_, subject_) != subject_) {
+    asked_ = 0;
+    waits_ = false;
+    measured_.reset();
+  }
   const ColorOperation* operation = shown(Kind::kPalette);
-  const ColorOperation drawn = Operation(Kind::kPalette);
-  const bool measured = operation && !operation->NeedsMeasuring();
+  const ColorOperation drawn = Drawn();
+  const bool measured = IsMeasured();
   const size_t count = measured ? drawn.values.size() / kPairValues : 0;
   {
     const QSignalBlocker quiet(count_);
-    count_->setValue(int(drawn.values.size() / kPairValues));
+    if (!waits_) count_->setValue(int(drawn.values.size() / kPairValues));
   }
   while (buttons_.size() < count) {
     auto* button = new QToolButton;
@@ -149,11 +176,11 @@ void PalettePage::ShowMore() {
   }
   pairs_->updateGeometry();
   stay_->setEnabled(measured && drawn.values[current_ * kPairValues + 3] != kUnset);
-  if (std::exchange(asked_of_, subject_) != subject_) asked_ = 0;
-  QString note = measured    ? tr("Choose a main color, then what it becomes.")
-                 : operation ? tr("Measuring the main colors…")
-                             : tr("Measure the region's main colors to begin.");
-  if (measured && int(count) < asked_) {
+  const bool waits = waits_ || (operation && !measured);
+  QString note = waits      ? tr("Measuring the main colors…")
+                 : measured ? tr("Choose a main color, then what it becomes.")
+                            : tr("Measure the region's main colors to begin.");
+  if (measured && !waits && int(count) < asked_) {
     note = tr("Found %1 of %2: shades of one color count as one, and what few pixels have does not "
               "count.")
                .arg(count)

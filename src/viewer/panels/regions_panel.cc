@@ -15,6 +15,7 @@
 #include <QToolButton>
 #include <QVBoxLayout>
 
+#include "recolor/palette.h"
 #include "viewer/canvas/canvas.h"
 #include "viewer/canvas/contrast.h"
 #include "viewer/panels/edit_panel.h"
@@ -141,6 +142,28 @@ void RegionsPanel::Rename() {
   if (list_->currentItem()) list_->editItem(list_->currentItem(), kName);
 }
 
+// Of the region as it is without its edit; the steps before the palette are done to what is found.
+void RegionsPanel::MeasurePalette(int count, int before) {
+  const RegionId id = current_->id();
+  controller_->Ask(
+      tr("Measuring the main colors"),
+      [=](EditSession& session, Monitor&) { return session.store().MeasurePalette(id, count); },
+      [=, this](const std::vector<PaletteColor>& found) {
+        const Region* region = Current();
+        if (!region || region->id != id || found.empty()) return;
+        ColorEdit steps = region->edit;
+        steps.operations.resize(std::min(size_t(before), steps.operations.size()));
+        const CompiledEdit compiled(steps.NeedsMainColor() ? ColorEdit() : steps);
+        ColorOperation palette = ColorOperation::Palette(int(found.size()));
+        for (size_t i = 0; i < found.size(); ++i) {
+          const Eigen::Vector3f color =
+              compiled.Apply(Eigen::Vector3f(found[i].rgb.data())).cwiseMax(0).cwiseMin(1);
+          std::ranges::copy(color, palette.values.begin() + std::ptrdiff_t(i * kPairValues));
+        }
+        edit_->TakePalette(palette);
+      });
+}
+
 void RegionsPanel::FillMenu(QMenu* menu) {
   menu->setObjectName("region_menu");
   const auto add = [&](const char* name, const QString& text, auto act) {
@@ -184,6 +207,7 @@ void RegionsPanel::BuildEditors() {
   connect(edit_, &EditPanel::pickWanted, canvas_, [this] { canvas_->SetPicking(true); });
   connect(edit_, &EditPanel::elsewhereWanted, this, &RegionsPanel::elsewhereWanted);
   connect(edit_, &EditPanel::splitWanted, this, &RegionsPanel::splitWanted);
+  connect(edit_, &EditPanel::paletteWanted, this, &RegionsPanel::MeasurePalette);
   connect(canvas_, &Canvas::picked, edit_, &EditPanel::TakePicked);
   connect(strength_, &QSlider::sliderPressed, this, [this] { ++drags_; });
   connect(strength_, &QSlider::valueChanged, this, &RegionsPanel::OnStrength);

@@ -61,6 +61,7 @@ class RegionsPanel : public QWidget {
   void OnStrength(int percent);
   void Step(int by);
   void FillMenu(QMenu* menu);
+  void MeasurePalette(int count, int before);
   void Rename();
   const Region* Current() const;
   RegionId IdOf(const QTreeWidgetItem* item) const;

@@ -13,6 +13,7 @@
 #include "colmap_io/image_io.h"
 #include "reporting/export.h"
 #include "viewer/panels/export_dialog.h"
+#include "viewer/panels/splat_formats.h"
 #include "viewer/scene/session_store.h"
 #include "viewer/scene/video_maker.h"
 #include "viewer/window/main_window.h"
@@ -115,14 +116,21 @@ void MainWindow::ConfirmReplacing(const fs::path& file, std::function<void()> go
 void MainWindow::ExportSplat() {
   if (!controller_->IsOpen()) return;
   const fs::path source = controller_->facts()->request.splat;
-  const QString ending = "-edited" + Text(source.extension());
-  const QString path = QFileDialog::getSaveFileName(
-      this, tr("Export the splat"), WithSplatExtension(Text(ProposedOutput(ending))),
-      SplatFilter(/*writable=*/true), nullptr, kAskHere);
+  const std::vector<ExportFormat> formats = ExportFormats(*controller_->facts()->original);
+  // That of the scene's own splat comes first.
+  ExportFormat own = formats.front();
+  QStringList filters;
+  for (const ExportFormat& format : formats) {
+    filters << format.filter;
+    if (Text(source).endsWith(format.extension, Qt::CaseInsensitive)) own = format;
+  }
+  QString chosen = own.filter, problem;
+  const QString path = QFileDialog::getSaveFileName(this, tr("Export the splat"),
+                                                    Text(ProposedOutput("-edited" + own.extension)),
+                                                    filters.join(";;"), &chosen, kAskHere);
   if (path.isEmpty()) return;
-  // A name that says no format means that of the scene's own splat.
-  const bool says = WithSplatExtension(path) == path;
-  const QString named = says ? path : WithSplatExtension(path + Text(source.extension()));
+  const QString named = NamedForExport(path, chosen, formats, &problem);
+  if (named.isEmpty()) return ShowError(tr("Choose another ending"), problem);
   ConfirmReplacing(Path(named), [this, named] { controller_->WriteSplat(Path(named)); });
 }
 
