@@ -7,7 +7,6 @@
 #include <QClipboard>
 #include <QLabel>
 #include <QMenu>
-#include <QSettings>
 #include <QSlider>
 #include <QToolButton>
 
@@ -130,54 +129,6 @@ class EditPanelTest : public EditPanelFixture {
     QVERIFY(Edit() == before);
   }
 
-  // A press beside the handle, a drag from there, and a drag on the label: one step each.
-  void ASliderGoesWhereItIsPressed() {
-    QVERIFY(AddRegions());
-    Select(0);
-    QVERIFY(Settle(Controller()));
-    const ColorEdit before = Edit();
-    Click("mode_grade");
-    auto* slider = Find<QSlider>("saturation.factor_slider");
-    const auto share = [&](int x) { return double(x) / slider->width(); };
-    const auto is_at = [&](int x) {  // of 0 to 3; the handle is a tenth of a short slider
-      return std::abs(Edit().operations.back().values[0] / 3 - share(x)) < 0.1;
-    };
-    const int y = slider->height() / 2, far = slider->width() * 7 / 8;
-    QTest::mousePress(slider, Qt::LeftButton, {}, {far, y});
-    QVERIFY(slider->isSliderDown());
-    QTest::mouseRelease(slider, Qt::LeftButton, {}, {far, y});
-    QCOMPARE(Edit().operations.size(), size_t{2});
-    QVERIFY2(is_at(far), qPrintable(QString::number(double(Edit().operations[1].values[0]))));
-    window_->action("edit.undo")->trigger();
-    QTRY_VERIFY(Edit() == before);
-    const int near = slider->width() / 4;
-    DragAlong(slider, {{far, 1}, {slider->width() / 2, 1}, {near, 1}});
-    QVERIFY2(is_at(near), qPrintable(QString::number(double(Edit().operations[1].values[0]))));
-    window_->action("edit.undo")->trigger();
-    QTRY_VERIFY(Edit() == before);
-  }
-
-  void ANumberFollowsADragOnItsLabel() {
-    QVERIFY(AddRegions());
-    Select(0);
-    QVERIFY(Settle(Controller()));
-    const ColorEdit before = Edit();
-    Click("mode_grade");
-    QLabel* label = nullptr;
-    for (auto* one : Find<QWidget>("edit_panel")->findChildren<QLabel*>()) {
-      if (one->text() == "Saturation") label = one;
-    }
-    QVERIFY(label);
-    QTest::mouseClick(label, Qt::LeftButton);
-    QVERIFY(Edit() == before);
-    // A slider of 400 steps from 0 to 3, one a pixel.
-    DragAlong(label, {{5, 5}, {25, 5}, {45, 5}});
-    QCOMPARE(Edit().operations.size(), size_t{2});
-    QVERIFY(std::abs(Edit().operations[1].values[0] - (1 + 40 * 3.0F / 400)) < 0.01F);
-    window_->action("edit.undo")->trigger();
-    QTRY_VERIFY(Edit() == before);
-  }
-
   void ARangeOfColors() {
     QVERIFY(AddRegions());
     Select(0);
@@ -275,35 +226,6 @@ class EditPanelTest : public EditPanelFixture {
     QVERIFY2(note->text().contains("cannot make #ff2020 fully gray"), qPrintable(note->text()));
     Type("white_balance.temperature", "20");
     QVERIFY(!note->isVisible());
-  }
-
-  // Regions, steps and recent colors come and go above and beside it.
-  void TheColorFieldStaysWhereItIs() {
-    const auto place = [&] {
-      QTest::qWait(50);
-      auto* field = Find<QLineEdit>("color_text");
-      return field->mapTo(window_.get(), QPoint());
-    };
-    QVERIFY(AddPlain());
-    Select(0);
-    const QPoint before = place();
-    QVERIFY(Find<SwatchRow>("recent_colors")->colors().empty());
-    const int below = Find<QWidget>("swatches")->mapTo(window_.get(), QPoint()).y();
-    TypeColor("#2040ff");
-    QVERIFY(Measured());
-    QTRY_VERIFY_WITH_TIMEOUT(!Find<SwatchRow>("recent_colors")->colors().empty(), kWaitMs);
-    QCOMPARE(place(), before);
-    QCOMPARE(Find<QWidget>("swatches")->mapTo(window_.get(), QPoint()).y(), below);
-    QVERIFY(AddRegions());
-    Select(0);
-    QCOMPARE(place(), before);
-    Click("mode_grade");
-    Type("exposure.stops", "0.5");
-    Type("contrast.factor", "1.2");
-    Click("mode_recolor");
-    QCOMPARE(place(), before);
-    Keep(*window_, "layers");
-    QSettings().remove("recent_colors");  // the next test's window has none
   }
 
   void StepsAreOrderedSwitchedAndRemoved() {

@@ -11,7 +11,6 @@
 #include <QLineEdit>
 #include <QListWidget>
 #include <QMenu>
-#include <QProgressBar>
 #include <QTabBar>
 #include <QTableWidget>
 #include <QToolButton>
@@ -111,48 +110,6 @@ class PanelsTest : public PanelsFixture {
     QTest::mouseClick(Find<QToolButton>("optimizer_stop"), Qt::LeftButton);
     QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("stopped"), kWaitMs);
     QVERIFY(!Find<QToolButton>("optimizer_stop")->isVisible());
-  }
-
-  // In a window of one who never asked for more.
-  void FiguresAndMethodsLieInDrawers() {
-    Close();
-    QVERIFY(ShowScene(/*drawers=*/false));
-    QVERIFY(AddRegions());
-    const std::pair<const char*, std::vector<const char*>> panels[] = {
-        {"optimizer", {"loss_plot", "optimizer_speed", "psnr_inside", "refit_options"}},
-        {"selection", {"selection_preset", "selection_options"}}};
-    for (const auto& [panel, inner] : panels) {
-      Show(panel);
-      for (const char* name : inner) QVERIFY2(!Find<QWidget>(name)->isVisible(), name);
-      auto* drawer = Find<QToolButton>((panel + std::string("_advanced")).c_str());
-      QTest::mouseClick(drawer, Qt::LeftButton);
-      for (const char* name : inner) QVERIFY2(Find<QWidget>(name)->isVisible(), name);
-      QTest::keyClick(drawer, Qt::Key_Space);
-      for (const char* name : inner) QVERIFY2(!Find<QWidget>(name)->isVisible(), name);
-    }
-  }
-
-  void TheStateSaysHowFarItIs() {
-    QVERIFY(AddRegions());
-    Show("optimizer");
-    RefitJob job = Controller().refit_job();
-    job.options.solver = Solver::kAdam;
-    job.options.adam.iterations = 400;
-    Controller().SetRefitJob(job);
-    auto* bar = Find<QProgressBar>("optimizer_progress");
-    auto* state = Find<QLabel>("optimizer_state");
-    QVERIFY(!bar->isVisible());
-    QStringList texts;
-    int most = 0;
-    connect(&Controller(), &SceneController::optimizerChanged, state, [&] {
-      if (bar->isVisible()) most = std::max(most, bar->value());
-      texts << state->text();
-    });
-    QTest::mouseClick(Find<QToolButton>("optimizer_toggle"), Qt::LeftButton);
-    QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("Refined"), kWaitMs);
-    QVERIFY2(most > 0 && most < 100, qPrintable(QString::number(most)));
-    QVERIFY2(texts.join("\n").contains(QString("… %1 %").arg(most)), qPrintable(texts.join("\n")));
-    QVERIFY(!bar->isVisible());
   }
 
   // --- Views -------------------------------------------------------------------------------------
@@ -420,24 +377,6 @@ class PanelsTest : public PanelsFixture {
     QVERIFY(text["Camera"].startsWith("PINHOLE 64×48"));
     QVERIFY(text["SH degree"].startsWith("2 "));
     QCOMPARE(text["Views"], QString("6"));
-  }
-
-  // A path needs several lines in a panel so narrow.
-  void ValuesOfTheSceneAreWhole() {
-    Show("scene");
-    auto* facts = Find<QTreeWidget>("scene_facts");
-    const int line = facts->fontMetrics().height();
-    int wrapped = 0;
-    for (int row = 0; row < facts->topLevelItemCount(); ++row) {
-      const QTreeWidgetItem* item = facts->topLevelItem(row);
-      const int width = facts->fontMetrics().horizontalAdvance(item->text(1));
-      const int lines = (width + facts->columnWidth(1) - 1) / facts->columnWidth(1);
-      const int height = facts->visualItemRect(item).height();
-      QVERIFY2(height >= lines * line, qPrintable(item->text(1)));
-      wrapped += lines > 1;
-    }
-    QVERIFY(wrapped > 0);
-    Keep(*window_, "scene-values");
   }
 
   void AMisplacedSplatAndMissingPhotosAreWarnedOf() {

@@ -15,6 +15,7 @@
 
 #include "base/error.h"
 #include "viewer/panels/drawer.h"
+#include "viewer/panels/guide.h"
 #include "viewer/panels/loss_plot.h"
 #include "viewer/panels/option_form.h"
 #include "viewer/scene/current_region.h"
@@ -105,6 +106,7 @@ void OptimizerPanel::BuildLine(QHBoxLayout* line) {
   line->addWidget(progress_);
   line->addWidget(toggle_);
   line->addWidget(stop_);
+  line->addWidget(MakeGuideButton("Recolor an object"));
 }
 
 // What the drawer holds.

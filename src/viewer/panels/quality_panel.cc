@@ -16,6 +16,7 @@
 #include <QVBoxLayout>
 
 #include "viewer/canvas/canvas.h"
+#include "viewer/panels/guide.h"
 #include "viewer/panels/jump_slider.h"
 #include "viewer/panels/mask_view.h"
 #include "viewer/scene/current_region.h"
@@ -99,7 +100,10 @@ QualityPanel::QualityPanel(SceneController* controller, Canvas* canvas, CurrentR
   measure_->setObjectName("quality_measure");
   measure_->setToolTip(tr("Renders every view before and after the edit (Alt+G)"));
   connect(measure_, &QPushButton::clicked, this, [this] { controller_->Evaluate(current_->id()); });
-  layout->addWidget(measure_);
+  auto* line = new QHBoxLayout;
+  line->addWidget(measure_, 1);
+  line->addWidget(MakeGuideButton("Recolor an object"));
+  layout->addLayout(line);
   of_ = new QLabel;
   of_->setWordWrap(true);
   layout->addWidget(of_);

@@ -19,6 +19,7 @@
 #include "viewer/canvas/canvas.h"
 #include "viewer/canvas/contrast.h"
 #include "viewer/panels/edit_panel.h"
+#include "viewer/panels/guide.h"
 #include "viewer/panels/jump_slider.h"
 #include "viewer/panels/layer_style.h"
 #include "viewer/panels/operation_views.h"
@@ -136,6 +137,7 @@ void RegionsPanel::BuildButtons() {
   remove_ = add("region_delete", QStringLiteral("−"), tr("Delete this region (Del in the list)"),
                 [this] { controller_->Do(RemoveRegion{current_->id()}); });
   layout->addStretch();
+  layout->addWidget(MakeGuideButton("Edit colors"));
 }
 
 void RegionsPanel::Rename() {

@@ -17,6 +17,7 @@
 #include <QTreeWidget>
 #include <QVBoxLayout>
 
+#include "viewer/panels/guide.h"
 #include "viewer/scene/scene_controller.h"
 #include "viewer/widgets/long_text.h"
 
@@ -112,6 +113,7 @@ ScenePanel::ScenePanel(SceneController* controller) : controller_(controller) {
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(6, 6, 6, 6);
   layout->addWidget(none_);
+  layout->addWidget(MakeGuideButton("Open a scene"), 0, Qt::AlignRight);
   layout->addWidget(facts_, 3);
   layout->addWidget(warnings_title_);
   layout->addWidget(warnings_, 1);

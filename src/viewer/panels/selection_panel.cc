@@ -15,6 +15,7 @@
 #include "editing/edit_options.h"
 #include "viewer/canvas/canvas.h"
 #include "viewer/panels/drawer.h"
+#include "viewer/panels/guide.h"
 #include "viewer/panels/option_form.h"
 #include "viewer/scene/current_region.h"
 #include "viewer/scene/scene_controller.h"
@@ -122,6 +123,7 @@ SelectionPanel::SelectionPanel(SceneController* controller, SelectionMode* mode,
   auto* line = new QHBoxLayout;
   line->addWidget(live_, 1);
   line->addWidget(again_);
+  line->addWidget(MakeGuideButton("Tools that find the outline"));
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(6, 6, 6, 6);
   layout->addWidget(result_);

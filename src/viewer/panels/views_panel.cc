@@ -19,6 +19,7 @@
 #include "viewer/canvas/canvas.h"
 #include "viewer/canvas/photo_loader.h"
 #include "viewer/canvas/uncertainty.h"
+#include "viewer/panels/guide.h"
 #include "viewer/scene/current_region.h"
 #include "viewer/scene/post.h"
 #include "viewer/scene/scene_controller.h"
@@ -187,6 +188,7 @@ void ViewsPanel::Build() {
   auto* line = new QHBoxLayout;
   line->addWidget(label);
   line->addWidget(order_, 1);
+  line->addWidget(MakeGuideButton("Recolor an object"));
   layout->addLayout(line);
   layout->addWidget(list_, 1);
   layout->addWidget(note_);
