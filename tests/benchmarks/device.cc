@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <functional>
 #include <memory>
 #include <string>
@@ -31,9 +32,10 @@ double Now() {
       .count();
 }
 
-double Median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + int64_t(values.size() / 2), values.end());
-  return values[values.size() / 2];
+double Quantile(std::vector<double> values, double share) {
+  const auto at = int64_t(double(values.size()) * share);
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[size_t(at)];
 }
 
 class Bench {
@@ -54,6 +56,16 @@ class Bench {
     Forward(*view_);
     backend_->CopyToDevice(other_.data(), backend_->Download(image_.data(), values).data(),
                            values * sizeof(float));
+  }
+
+  // The render alone. Its picture goes to `file`, as floats of 32 bits, to be compared.
+  void Renders(const std::filesystem::path& file) {
+    Report("forward_cold", [&] { Forward(*backend_->blend().PrepareView(*model_, camera_)); });
+    Report("forward", [&] { Forward(*view_); });
+    const auto pixels = backend_->Download(image_.data(), image_.size());
+    std::ofstream(file, std::ios::binary)
+        .write(reinterpret_cast<const char*>(pixels.data()),
+               std::streamsize(pixels.size() * sizeof(float)));
   }
 
   void WholeView() {
@@ -140,7 +152,7 @@ class Bench {
       single.push_back(Now() - start);
       if (i > 4 && single.back() > 100) break;  // a slow backend
     }
-    const int count = std::clamp(int(20 / Median(single)), 1, 200);
+    const int count = std::clamp(int(20 / Quantile(single, 0.5)), 1, 200);
     for (int batch = 0; batch < 7; ++batch) {
       const double start = Now();
       for (int i = 0; i < count; ++i) body();
@@ -149,9 +161,11 @@ class Bench {
     }
     std::printf(
         "{\"benchmark\": \"device\", \"scene\": \"%s\", \"backend\": \"%s\", \"gaussians\": %zu, "
-        "\"width\": %d, \"height\": %d, \"case\": \"%s\", \"ms\": %.4f, \"synced_ms\": %.4f%s}\n",
+        "\"width\": %d, \"height\": %d, \"case\": \"%s\", \"ms\": %.4f, \"synced_ms\": %.4f, "
+        "\"synced_quartiles_ms\": [%.4f, %.4f]%s}\n",
         name_.c_str(), backend_->Description().c_str(), host_.NumGaussians(), camera_.width,
-        camera_.height, label.c_str(), Median(batches), Median(single), extra.c_str());
+        camera_.height, label.c_str(), Quantile(batches, 0.5), Quantile(single, 0.5),
+        Quantile(single, 0.25), Quantile(single, 0.75), extra.c_str());
     std::fflush(stdout);
   }
 
@@ -310,7 +324,7 @@ void BenchStereo(std::shared_ptr<Backend> backend, const std::string& name,
         "\"width\": %d, \"height\": %d, \"case\": \"stereo_hv\", \"ms\": %.4f, \"least_ms\": %.4f, "
         "\"valid\": %.4f, \"peak_device_mb\": %.1f}\n",
         name.c_str(), renderer.backend().Description().c_str(), model.NumGaussians(),
-        camera.camera.width, camera.camera.height, Median(times),
+        camera.camera.width, camera.camera.height, Quantile(times, 0.5),
         *std::min_element(times.begin(), times.end()), estimate.valid_fraction,
         double(renderer.backend().PeakDeviceBytes()) / 1e6);
     std::fflush(stdout);
@@ -324,8 +338,13 @@ int Main(int argc, char** argv) {
   app.add_option("--backend", backend_name, "auto, cpu or cuda");
   bool stereo_only = false;
   app.add_flag("--stereo", stereo_only, "only Stereo-HV depth, case stereo_hv");
+  std::filesystem::path pictures;
+  app.add_option("--renders", pictures,
+                 "only renders; writes each picture to this folder, as .f32");
   app.add_option("scenes", scenes, "WORKSPACE:VIEW, with splat.ply in the workspace")->required();
   CLI11_PARSE(app, argc, argv);
+  CheckOption(pictures.empty() || std::filesystem::is_directory(pictures),
+              "--renders names a folder that is not there");
   for (const std::string& argument : scenes) {
     const size_t colon = argument.rfind(':');
     CheckOption(colon != std::string::npos, "a scene is WORKSPACE:VIEW");
@@ -340,6 +359,10 @@ int Main(int argc, char** argv) {
     }
     Bench bench(CreateBackend(backend_name), root.filename().string(), model,
                 ToCameraParams(workspace.reconstruction.Posed(view)));
+    if (!pictures.empty()) {
+      bench.Renders(pictures / (root.filename().string() + ".f32"));
+      continue;
+    }
     bench.WholeView();
     bench.Region(0.01, "/1%");
     bench.Region(0.1, "/10%");
