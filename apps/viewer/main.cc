@@ -194,7 +194,10 @@ int Main(int argc, char** argv) {
   MainWindow window(&theme);
   window.show();
   // Once the window is on the screen.
-  QTimer::singleShot(0, &window, [&] { window.Start(Resolve(parser)); });
+  QTimer::singleShot(0, &window, [&] {
+    window.Start(Resolve(parser));
+    window.Welcome();
+  });
   return QApplication::exec();
 }
 

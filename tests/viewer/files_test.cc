@@ -6,11 +6,17 @@
 
 #include <QAction>
 #include <QDialogButtonBox>
+#include <QDockWidget>
 #include <QLabel>
+#include <QPointer>
 #include <QPushButton>
+#include <QToolBar>
+#include <QToolButton>
 
 #include "base/files.h"
 #include "tests/viewer/files_fixture.h"
+#include "viewer/window/first_steps.h"
+#include "viewer/window/recent_files.h"
 
 namespace retint {
 
@@ -151,6 +157,54 @@ class FilesTest : public FilesFixture {
     QVERIFY(fs::last_write_time(splat) == made);
   }
 
+  // Before that, nothing but the start page shows; afterwards panels are as they were.
+  void PanelsShowOnceASceneIsOpen() {
+    const auto shown = [&] {
+      QStringList names;
+      for (auto* dock : window_->findChildren<QDockWidget*>()) {
+        if (dock->isVisible()) names << dock->objectName();
+      }
+      for (auto* bar : window_->findChildren<QToolBar*>(Qt::FindDirectChildrenOnly)) {
+        if (bar->isVisible()) names << bar->objectName();
+      }
+      return names;
+    };
+    const QStringList before = shown();
+    QVERIFY(!before.isEmpty());
+    controller().Close();
+    QTRY_VERIFY_WITH_TIMEOUT(shown().isEmpty(), kWaitMs);
+    QSignalSpy opened(&controller(), &SceneController::opened);
+    window_->OpenScene(scene_->Request());
+    QVERIFY(Opened(opened));
+    QCOMPARE(shown(), before);
+  }
+
+  void ACardShowsThePictureOfItsScene() {
+    const QString entry = RecentFiles().value(0);
+    QTRY_VERIFY_WITH_TIMEOUT(!RecentPicture(entry).isNull(), kWaitMs);
+    const QImage picture = RecentPicture(entry);
+    QCOMPARE(picture.size(), QSize(480, 270));
+    QVERIFY(RecentTime(entry).secsTo(QDateTime::currentDateTime()) < 3600);
+    ForgetRecent(entry);
+    QVERIFY(RecentPicture(entry).isNull());
+  }
+
+  void FirstStepsTickThemselves() {
+    QSettings().remove("first_steps_done");
+    window_->Welcome();
+    QPointer<FirstSteps> steps = window_->findChild<FirstSteps*>();
+    QVERIFY(steps && steps->isVisible());
+    QVERIFY(steps->IsDone(FirstSteps::kOpen));
+    QVERIFY(!steps->IsDone(FirstSteps::kAccept));
+    QVERIFY(AddTintedRegion() != 0);
+    QTRY_VERIFY(steps->IsDone(FirstSteps::kAccept) && steps->IsDone(FirstSteps::kColor));
+    QVERIFY(!steps->IsDone(FirstSteps::kExport));
+    QTest::mouseClick(steps->findChild<QToolButton*>("first_steps_close"), Qt::LeftButton);
+    QTRY_VERIFY(!steps);
+    window_->Welcome();
+    QVERIFY(!window_->findChild<FirstSteps*>());
+  }
+
   void FilesAreOpenedAndClosedByKey() {
     QVERIFY(AddRegion("pot"));
     const fs::path folder = Fresh() / "by_key.retint";
@@ -221,9 +275,10 @@ class FilesTest : public FilesFixture {
     QVERIFY(menu && menu->toolTipsVisible() && menu->sizeHint().width() < 800);
     window_->action("file.close")->trigger();
     QTRY_VERIFY_WITH_TIMEOUT(!controller().IsOpen(), kWaitMs);
-    auto* line = window_->findChild<QWidget*>("welcome_recent")->findChild<QPushButton*>();
-    QVERIFY(line && line->text().contains("…") && line->text().contains("pots && pans"));
-    QCOMPARE(line->toolTip(), path);
+    auto* card = window_->findChild<QWidget*>("welcome_recent")->findChild<QPushButton*>();
+    QVERIFY(card);
+    QCOMPARE(card->text(), QString("work.retint"));
+    QCOMPARE(card->toolTip(), path);
   }
 
   // Said at once, and not after a question about what is open.

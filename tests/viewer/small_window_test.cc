@@ -125,8 +125,8 @@ class SmallWindowTest : public ViewerTest {
     const QString path = "/home/" + QString("pots & pans/").repeated(60);
     QSettings().setValue("recent", QStringList{path + "work.retint", "/home/work.retint"});
     controller().Close();
-    auto* guide = window_->findChild<QLabel*>("welcome_guide");
-    QTRY_VERIFY_WITH_TIMEOUT(guide->isVisible(), kWaitMs);
+    auto* title = window_->findChild<QLabel*>("welcome_title");
+    QTRY_VERIFY_WITH_TIMEOUT(title->isVisible(), kWaitMs);
     const QString cut = CutNow("start", window_->centralWidget());
     QVERIFY2(cut.isEmpty(), qPrintable(cut));
     QSettings().remove("recent");

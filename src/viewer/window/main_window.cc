@@ -12,14 +12,13 @@
 #include <QLabel>
 #include <QMenu>
 #include <QProgressBar>
-#include <QPushButton>
 #include <QScreen>
-#include <QScrollArea>
 #include <QSettings>
 #include <QStackedWidget>
+#include <QStandardPaths>
 #include <QStatusBar>
+#include <QToolBar>
 #include <QToolButton>
-#include <QVBoxLayout>
 
 #include "base/run_clock.h"
 #include "viewer/canvas/contrast.h"
@@ -32,13 +31,18 @@
 #include "viewer/selection/stroke_preview.h"
 #include "viewer/widgets/banner.h"
 #include "viewer/widgets/long_text.h"
+#include "viewer/window/first_steps.h"
 #include "viewer/window/preferences_dialog.h"
+#include "viewer/window/recent_files.h"
+#include "viewer/window/sample_scene.h"
+#include "viewer/window/start_page.h"
 
 namespace retint {
 namespace {
 
 constexpr int kMessageMs = 6000;
 constexpr int kStatusMs = 1000;
+constexpr int kPictureMs = 1500;  // until a scene that was opened is drawn
 
 double ResidentMb() {
   std::FILE* file = std::fopen("/proc/self/statm", "r");
@@ -67,6 +71,8 @@ MainWindow::MainWindow(Theme* theme, QWidget* parent) : QMainWindow(parent), the
   sessions_ = new SessionStore(controller_, this);
   videos_ = new VideoMaker(this);
   sessions_->SetViewState([this] { return canvas_->CameraState(); });
+  sample_ = std::make_shared<SampleScene>(
+      QStandardPaths::writableLocation(QStandardPaths::AppDataLocation).toStdString() + "/sample");
   BuildCenter();
   uncertainty_ = new Uncertainty(controller_, current_, this);
   preview_ = new StrokePreview(controller_, selection_, this);
@@ -94,67 +100,15 @@ MainWindow::~MainWindow() { hide(); }
 
 void MainWindow::BuildCenter() {
   pages_ = new QStackedWidget;
-  welcome_text_ = new QLabel;
-  welcome_text_->setAlignment(Qt::AlignCenter);
-  welcome_text_->setWordWrap(true);
-  welcome_text_->setTextFormat(Qt::RichText);
-  auto* buttons = new QHBoxLayout;
-  buttons->addStretch();
-  const auto add = [&](const char* name, const QString& text, const QString& tip, auto act) {
-    auto* button = new QPushButton(text);
-    button->setObjectName(name);
-    button->setToolTip(tip);
-    connect(button, &QPushButton::clicked, this, act);
-    buttons->addWidget(button);
-  };
-  add("welcome_open", tr("Open a scene…"), tr("A COLMAP workspace and its splat (Ctrl+O)"),
-      [this] { AskAndOpen({}); });
-  add("welcome_sample", tr("Try the sample"),
-      tr("A small artificial scene to practice on. Making it takes a moment, the first time"),
-      [this] { OpenSample(); });
-  buttons->addStretch();
-  auto* recent = new QWidget;
-  recent->setMaximumWidth(640);
-  recent->setObjectName("welcome_recent");
-  welcome_recent_ = new QVBoxLayout(recent);
-  auto* guide = new QLabel(
-      tr("<b>From a view to a new color</b><ol>"
-         "<li>Step to a good view with ← and →.</li>"
-         "<li>Press B and brush over the object. Press Enter to accept.</li>"
-         "<li>Choose a color in the Regions panel. Every view follows.</li>"
-         "<li>Look at it from elsewhere. Paint again where the selection misses something.</li>"
-         "<li>Save the session, or export the splat.</li></ol>"));
-  guide->setObjectName("welcome_guide");
-  guide->setMaximumWidth(guide->sizeHint().width());
-  guide->setWordWrap(true);
-  // As wide as it may be, in the middle of the page.
-  const auto centered = [](QWidget* widget) {
-    auto* row = new QHBoxLayout;
-    row->addStretch();
-    row->addWidget(widget, 1);
-    row->addStretch();
-    return row;
-  };
-  auto* inner = new QWidget;
-  auto* layout = new QVBoxLayout(inner);
-  layout->addStretch();
-  layout->addWidget(welcome_text_);
-  layout->addSpacing(12);
-  layout->addLayout(buttons);
-  layout->addSpacing(12);
-  layout->addLayout(centered(recent));
-  layout->addSpacing(12);
-  layout->addLayout(centered(guide));
-  layout->addStretch();
-  auto* page = new QScrollArea;
-  page->setFrameShape(QFrame::NoFrame);
-  page->setWidgetResizable(true);
-  page->setWidget(inner);
-  welcome_ = page;
+  start_ = new StartPage;
+  connect(start_, &StartPage::openRequested, this, [this] { AskAndOpen({}); });
+  connect(start_, &StartPage::sampleRequested, this, &MainWindow::OpenSample);
+  connect(start_, &StartPage::recentRequested, this, &MainWindow::OpenRecent);
+  connect(start_, &StartPage::forgetRequested, this, &MainWindow::Forget);
   canvas_ = new Canvas(controller_, renderer_, photos_);
   banner_ = new Banner(canvas_);
   selection_ = new SelectionMode(controller_);
-  pages_->addWidget(welcome_);
+  pages_->addWidget(start_);
   pages_->addWidget(canvas_);
   pages_->addWidget(selection_);
   setCentralWidget(pages_);
@@ -228,7 +182,8 @@ void MainWindow::Warn(const QString& text) {
 
 void MainWindow::ConnectScene() {
   connect(controller_, &SceneController::opened, this, [this] {
-    if (!opening_.isEmpty()) Remember(opening_);
+    if (!opening_.isEmpty()) RememberRecent(opening_);
+    QTimer::singleShot(kPictureMs, this, &MainWindow::KeepPicture);
     form_.reset();
     unchecked_ = true;
     colors_.Clear();
@@ -260,6 +215,11 @@ void MainWindow::ConnectScene() {
   });
   connect(controller_, &SceneController::regionsChanged, this, &MainWindow::OnRegions);
   connect(controller_, &SceneController::regionAdded, this, &MainWindow::SetCurrentRegion);
+  connect(controller_, &SceneController::regionAdded, this, [this] {
+    if (!first_steps_) return;
+    first_steps_->SetDone(FirstSteps::kPaint);
+    first_steps_->SetDone(FirstSteps::kAccept);
+  });
   connect(controller_, &SceneController::taskChanged, this, [this](const QString& label) {
     message_->setText(label);
     message_timer_.stop();
@@ -291,6 +251,7 @@ void MainWindow::ConnectScene() {
           });
   connect(controller_, &SceneController::written, this, [this](const QString& path) {
     RememberOutput(path.toStdString());
+    if (first_steps_) first_steps_->SetDone(FirstSteps::kExport);
     Say(tr("Wrote %1").arg(path));
   });
 }
@@ -347,8 +308,11 @@ void MainWindow::ConnectFiles() {
   connect(sessions_, &SessionStore::saved, this, [this](const QString& path) {
     OnRegions();
     UpdateTitle();
-    Remember(path);
+    RememberRecent(path);
+    opening_ = path;
+    KeepPicture();
     RememberOutput(path.toStdString());
+    if (first_steps_) first_steps_->SetDone(FirstSteps::kExport);
     Say(tr("Saved %1").arg(path));
   });
   connect(sessions_, &SessionStore::restored, this, [this](const std::string& view) {
@@ -377,21 +341,29 @@ void MainWindow::ShowWarnings(const std::vector<std::string>& warnings) {
   if (!lines.isEmpty()) Warn(lines.back());
 }
 
+void MainWindow::Welcome() {
+  if (!controller_->IsOpen() && !controller_->IsBusy()) sample_->Prepare();
+  if (!FirstSteps::IsWanted()) return;
+  first_steps_ = new FirstSteps(pages_);
+  ShowPage();
+}
+
 bool MainWindow::IsSelecting() const { return pages_->currentWidget() == selection_; }
 
 void MainWindow::ShowPage() {
-  QWidget* page = welcome_;
+  QWidget* page = start_;
   if (controller_->IsOpen()) {
     page = selection_->state() == SelectionMode::State::kIdle ? static_cast<QWidget*>(canvas_)
                                                               : selection_;
   }
   pages_->setCurrentWidget(page);
-  QString text =
-      tr("<h2>Retint</h2>Open a COLMAP workspace and its splat,<br>"
-         "or drop both on this window.");
-  if (controller_->IsBusy()) text = "<h2>" + controller_->task().toHtmlEscaped() + "…</h2>";
-  welcome_text_->setText(text);
-  if (page == welcome_) ShowRecent();
+  SetOnStartPage(page == start_);
+  start_->SetTask(controller_->task());
+  if (page == start_) ShowRecent();
+  if (first_steps_) {
+    first_steps_->setVisible(page != start_);
+    if (page != start_) first_steps_->SetDone(FirstSteps::kOpen);
+  }
   UpdateActions();
 }
 
@@ -453,6 +425,10 @@ void MainWindow::ShowCloudNote() {
 void MainWindow::OnRegions() {
   setWindowModified(sessions_->IsModified());
   ShowCloudOfCurrent();  // undo may have given it another selection
+  const auto is_colored = [](const Region& region) { return !ChangesNothing(region.edit); };
+  if (first_steps_ && std::ranges::any_of(controller_->regions().regions, is_colored)) {
+    first_steps_->SetDone(FirstSteps::kColor);
+  }
   UpdateActions();
 }
 
@@ -469,6 +445,7 @@ void MainWindow::UpdateTitle() {
 
 void MainWindow::UpdateStatus() {
   memory_->setText(tr("%1 MB").arg(ResidentMb(), 0, 'f', 0));
+  if (first_steps_ && selection_->HoldsPaint()) first_steps_->SetDone(FirstSteps::kPaint);
   const auto facts = controller_->facts();
   for (QLabel* label : {backend_, gaussians_, speed_}) label->setVisible(facts != nullptr);
   if (!facts) return;
@@ -481,15 +458,27 @@ void MainWindow::UpdateStatus() {
 
 // Panels that are shown one by one would not come back as they were: their tabs and sizes.
 void MainWindow::SetPanelsShown(bool shown) {
-  if (shown == panels_shown_) return;
+  if (shown == panels_shown_ || on_start_page_) return;
   panels_shown_ = shown;
+  ArrangePanels(shown);
+  UpdateActions();
+}
+
+// There, nothing but the page shows.
+void MainWindow::SetOnStartPage(bool on) {
+  if (on == on_start_page_) return;
+  on_start_page_ = on;
+  if (panels_shown_) ArrangePanels(!on);
+  for (QToolBar* bar : findChildren<QToolBar*>(Qt::FindDirectChildrenOnly)) bar->setVisible(!on);
+}
+
+void MainWindow::ArrangePanels(bool shown) {
   if (shown) {
     restoreState(layout_);
   } else {
     layout_ = saveState();
     for (QDockWidget* dock : docks_) dock->hide();
   }
-  UpdateActions();
 }
 
 // A panel behind the tab of another is not hidden, but lies beside the window: nobody would see

@@ -22,6 +22,7 @@
 #include "viewer/canvas/render_thread.h"
 #include "viewer/scene/current_region.h"
 #include "viewer/scene/scene_controller.h"
+#include "viewer/window/first_steps.h"
 #include "viewer/window/keys_dialog.h"
 #include "viewer/window/open_dialog.h"
 #include "viewer/window/theme.h"
@@ -34,15 +35,16 @@ class QMenu;
 class QProgressBar;
 class QStackedWidget;
 class QToolButton;
-class QVBoxLayout;
 
 namespace retint {
 
 class Banner;
 class PaintVerdict;
 class QualityPanel;
+class SampleScene;
 class SelectionMode;
 class SessionStore;
+class StartPage;
 class StrokePreview;
 class Uncertainty;
 class VideoMaker;
@@ -65,6 +67,8 @@ class MainWindow : public QMainWindow {
 
   // After show(): opens the requested scene; the dialog asks for missing parts.
   void Start(const StartOptions& options);
+  // Makes the sample in the background, and leads a new user. After Start().
+  void Welcome();
   void OpenScene(const OpenRequest& request);
   void OpenPaths(const QStringList& paths);  // as if dropped
   // Empty: asks which.
@@ -125,6 +129,8 @@ class MainWindow : public QMainWindow {
   void ConnectFiles();
   void Complain(const QString& label, const QString& message);  // a task failed
   void ShowPage();
+  void SetOnStartPage(bool on);
+  void ArrangePanels(bool shown);
   void ShowWarnings(const std::vector<std::string>& warnings);
   void UpdateTitle();
   void UpdateStatus();
@@ -152,8 +158,8 @@ class MainWindow : public QMainWindow {
   void OpenRecent(const QString& entry);
   void Forget(const QString& entry);  // of the recent files
   void OpenSample();
-  void ShowRecent();  // on the start page
-  void Remember(const QString& entry);
+  void ShowRecent();   // on the start page
+  void KeepPicture();  // of what is open, for the start page
   void FillRecent();
   void Save(bool as, std::function<void()> then = {});
   void SaveAgain(std::function<void()> then);
@@ -208,9 +214,9 @@ class MainWindow : public QMainWindow {
   PaintVerdict* verdict_;
   SelectionMode* selection_;
   QStackedWidget* pages_;
-  QWidget* welcome_;
-  QLabel* welcome_text_;
-  QVBoxLayout* welcome_recent_;
+  StartPage* start_;
+  QPointer<FirstSteps> first_steps_;  // null: not wanted
+  std::shared_ptr<SampleScene> sample_;
   QLabel *backend_, *gaussians_, *speed_, *memory_, *message_;
   QToolButton* warnings_;
   QProgressBar* progress_;
@@ -219,7 +225,7 @@ class MainWindow : public QMainWindow {
   std::map<std::string, QAction*, std::less<>> actions_;
   QMenu *recent_ = nullptr, *panels_menu_ = nullptr, *history_ = nullptr;
   std::vector<QDockWidget*> docks_;
-  bool panels_shown_ = true;
+  bool panels_shown_ = true, on_start_page_ = false;
   QByteArray layout_;  // of the panels that are hidden
   QPointer<KeysDialog> keys_dialog_;
   QPointer<QMessageBox> dialog_;

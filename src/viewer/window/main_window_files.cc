@@ -13,15 +13,10 @@
 #include <QLabel>
 #include <QMenu>
 #include <QMessageBox>
-#include <QPushButton>
 #include <QSettings>
-#include <QStandardPaths>
-#include <QVBoxLayout>
 
 #include "base/error.h"
 #include "colmap_io/nerfstudio.h"
-#include "synthetic/synthetic_scene.h"
-#include "synthetic/synthetic_workspace.h"
 #include "viewer/scene/session_store.h"
 #include "viewer/scene/video_maker.h"
 #include "viewer/selection/selection_mode.h"
@@ -29,14 +24,14 @@
 #include "viewer/widgets/path_edit.h"
 #include "viewer/window/keys_dialog.h"
 #include "viewer/window/main_window.h"
+#include "viewer/window/recent_files.h"
+#include "viewer/window/sample_scene.h"
+#include "viewer/window/start_page.h"
 
 namespace retint {
 namespace {
 
-constexpr qsizetype kRecentKept = 8, kRecentOnStartPage = 5;
 constexpr int kRecentWidth = 600;  // of a line in the menu, pixels
-constexpr int kSampleWidth = 480, kSampleHeight = 360, kSampleViews = 12;
-constexpr QChar kBetween(0x1f);  // the parts of a recent scene; not in a path
 
 std::filesystem::path Path(const QString& text) { return text.toStdString(); }
 bool SamePath(const std::filesystem::path& a, const std::filesystem::path& b) {
@@ -48,70 +43,9 @@ QString Absolute(const std::filesystem::path& path) {
   return path.empty() ? QString() : QFileInfo(Text(path)).absoluteFilePath();
 }
 
-// A scene as an entry of the recent files: workspace, splat, photos, held-out views, backend,
-// model, frame, placed views, render model. All but the first two may be missing: older entries
-// have fewer parts.
-QString RecentEntry(const OpenRequest& request) {
-  const SessionOptions& options = request.options;
-  return QStringList{Absolute(request.workspace),
-                     Absolute(request.splat),
-                     Absolute(options.image_folder),
-                     QString::number(options.holdout),
-                     QString::fromStdString(options.backend),
-                     QString::fromStdString(options.model),
-                     QString::fromStdString(IsIdentity(options.world_from_splat)
-                                                ? ""
-                                                : WorldFromSplatToText(options.world_from_splat)),
-                     QString::number(options.views),
-                     QString::fromStdString(
-                         options.render_model ? std::string(NameOf(*options.render_model)) : "")}
-      .join(kBetween);
-}
-
-OpenRequest RecentRequest(const QString& entry) {
-  const QStringList parts = entry.split(kBetween);
-  OpenRequest request;
-  request.workspace = Path(parts.value(0));
-  request.splat = Path(parts.value(1));
-  request.options.image_folder = Path(parts.value(2));
-  request.options.holdout = parts.value(3).toInt();
-  if (!parts.value(4).isEmpty()) request.options.backend = parts.value(4).toStdString();
-  request.options.model = parts.value(5).toStdString();
-  try {
-    const std::string frame = parts.value(6).toStdString();
-    if (!frame.empty()) request.options.world_from_splat = ParseWorldFromSplat(frame);
-  } catch (const OptionError&) {
-    request.options.world_from_splat = {};  // settings that someone wrote by hand
-  }
-  request.options.render_model = ChosenRenderModel(parts.value(8).toStdString());
-  if (const int views = parts.value(7).toInt(); views >= 2) request.options.views = views;
-  return request;
-}
-
-// The name of a recent file.
-QString RecentTitle(const QString& entry) {
-  QStringList files = entry.split(kBetween).mid(0, 2);
-  files.removeAll(QString());  // a splat alone has no workspace
-  return files.join(QObject::tr(" with "));
-}
-
 // And in the menu: paths may be longer than a screen is wide.
 QString RecentLine(const QString& entry, const QFontMetrics& metrics) {
   return metrics.elidedText(RecentTitle(entry), Qt::ElideMiddle, kRecentWidth).replace("&", "&&");
-}
-
-// Entries of the same files, whatever their options, are one.
-bool SameRecent(const QString& a, const QString& b) {
-  return a.split(kBetween).mid(0, 2) == b.split(kBetween).mid(0, 2);
-}
-
-// What an entry needs and is not there any more; empty where it can be opened.
-QString MissingOf(const QString& entry) {
-  if (!entry.contains(kBetween)) return QFileInfo::exists(entry + "/session.json") ? "" : entry;
-  for (const QString& path : entry.split(kBetween).mid(0, 2)) {
-    if (!path.isEmpty() && !QFileInfo::exists(path)) return path;
-  }
-  return {};
 }
 
 }  // namespace
@@ -154,32 +88,18 @@ void MainWindow::OnOpenFailed(const QString& message) {
   AskAndOpen(request, message);
 }
 
-// Made once, by the same code as `retint synth`, and kept for the next time.
 void MainWindow::OpenSample() {
-  const QString place = QStandardPaths::writableLocation(QStandardPaths::AppDataLocation);
-  const std::filesystem::path folder = Path(place + "/sample");
   OpenRequest request;
-  request.workspace = folder;
-  request.splat = folder / "splat.ply";
-  const auto make = [request](Monitor& monitor) {
-    if (!std::filesystem::exists(request.splat)) {
-      SyntheticOptions options;
-      options.width = kSampleWidth, options.height = kSampleHeight, options.views = kSampleViews;
-      const SyntheticScene scene = MakeSyntheticScene(options, monitor);
-      // Under another name until it is whole.
-      auto part = request.workspace;
-      part += ".part";
-      std::filesystem::remove_all(part);
-      WriteSyntheticWorkspace(part, scene, monitor);
-      std::filesystem::remove_all(request.workspace);
-      std::filesystem::rename(part, request.workspace);
-    }
+  request.workspace = sample_->folder();
+  request.splat = sample_->folder() / "splat.ply";
+  const auto open = [request, sample = sample_](Monitor& monitor) {
+    sample->Make(monitor);
     return EditSession::Open(request.workspace, request.splat, request.options, monitor);
   };
-  ConfirmThen(tr("Open the sample?"), [this, request, make] {
+  ConfirmThen(tr("Open the sample?"), [this, request, open] {
     opening_ = RecentEntry(request);
     form_.reset();
-    controller_->OpenWith(tr("the sample"), make);
+    controller_->OpenWith(tr("the sample"), open);
   });
 }
 
@@ -269,19 +189,8 @@ void MainWindow::AskAndOpen(OpenRequest start, const QString& failure) {
   dialog->open();
 }
 
-void MainWindow::Remember(const QString& entry) {
-  QSettings settings;
-  QStringList recent = settings.value("recent").toStringList();
-  recent.removeIf([&](const QString& other) { return SameRecent(other, entry); });
-  recent.prepend(entry);
-  settings.setValue("recent", recent.mid(0, kRecentKept));
-}
-
 void MainWindow::Forget(const QString& entry) {
-  QSettings settings;
-  QStringList recent = settings.value("recent").toStringList();
-  recent.removeAll(entry);
-  settings.setValue("recent", recent);
+  ForgetRecent(entry);
   ShowRecent();
 }
 
@@ -291,13 +200,13 @@ void MainWindow::OpenRecent(const QString& entry) {
     return ShowError(tr("It cannot be opened again"),
                      tr("%1 is gone. It is off the list now.").arg(missing));
   }
-  if (!entry.contains(kBetween)) return OpenSession(Path(entry));
+  if (IsSessionEntry(entry)) return OpenSession(Path(entry));
   OpenScene(RecentRequest(entry));
 }
 
 void MainWindow::FillRecent() {
   recent_->clear();
-  for (const QString& entry : QSettings().value("recent").toStringList()) {
+  for (const QString& entry : RecentFiles()) {
     QAction* one = recent_->addAction(RecentLine(entry, recent_->fontMetrics()), this,
                                       [this, entry] { OpenRecent(entry); });
     one->setToolTip(RecentTitle(entry));
@@ -308,28 +217,16 @@ void MainWindow::FillRecent() {
   }
   recent_->addSeparator();
   recent_->addAction(tr("&Clear this list"), this, [this] {
-    QSettings().remove("recent");
+    ForgetRecentFiles();
     ShowRecent();
   });
 }
 
-void MainWindow::ShowRecent() {
-  while (QLayoutItem* item = welcome_recent_->takeAt(0)) {
-    if (QWidget* old = item->widget()) {
-      old->hide();
-      old->deleteLater();
-    }
-    delete item;
-  }
-  const QStringList recent = QSettings().value("recent").toStringList();
-  if (recent.isEmpty()) return;
-  welcome_recent_->addWidget(new QLabel(tr("<b>Open again</b>")));
-  for (const QString& entry : recent.mid(0, kRecentOnStartPage)) {
-    auto* button = new ElidedButton(RecentTitle(entry));
-    button->setFlat(true);
-    button->setStyleSheet("text-align: left; padding: 4px;");
-    connect(button, &QPushButton::clicked, this, [this, entry] { OpenRecent(entry); });
-    welcome_recent_->addWidget(button);
+void MainWindow::ShowRecent() { start_->Show(RecentFiles()); }
+
+void MainWindow::KeepPicture() {
+  if (controller_->IsOpen() && canvas_->frame()) {
+    KeepRecentPicture(opening_, canvas_->frame()->image);
   }
 }
 
@@ -394,7 +291,7 @@ void MainWindow::SaveAgain(std::function<void()> then) {
 void MainWindow::OfferRecovery(const StartOptions& options, std::function<void()> otherwise) {
   std::vector<std::filesystem::path> known;
   if (!options.session.empty()) known.push_back(options.session);
-  for (const QString& entry : QSettings().value("recent").toStringList()) {
+  for (const QString& entry : RecentFiles()) {
     if (!entry.contains(kBetween)) known.push_back(Path(entry));
   }
   const auto left = FindRecoverable(known);
@@ -551,7 +448,7 @@ void MainWindow::closeEvent(QCloseEvent* event) {
   }
   QSettings settings;
   settings.setValue("geometry", saveGeometry());
-  settings.setValue("layout", panels_shown_ ? saveState() : layout_);
+  settings.setValue("layout", panels_shown_ && !on_start_page_ ? saveState() : layout_);
   sessions_->DropAutosave();
   controller_->Close();
   event->accept();

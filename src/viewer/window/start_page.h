@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The page before a scene is open: the sample, a place to drop files, and what was open before.
+#pragma once
+
+#include <QLabel>
+#include <QScrollArea>
+#include <QString>
+#include <QStringList>
+
+class QGridLayout;
+
+namespace retint {
+
+class StartPage : public QScrollArea {
+  Q_OBJECT
+
+ public:
+  StartPage();
+
+  void Show(const QStringList& recent);  // entries of recent_files.h
+  void SetTask(const QString& task);     // being opened; empty: nothing is
+
+ Q_SIGNALS:
+  void openRequested();
+  void sampleRequested();
+  void recentRequested(const QString& entry);
+  void forgetRequested(const QString& entry);
+
+ protected:
+  void resizeEvent(QResizeEvent* event) override;
+
+ private:
+  void Arrange();
+
+  QLabel* title_;
+  QWidget* choices_;
+  QWidget* recent_;
+  QGridLayout* cards_;
+};
+
+}  // namespace retint
