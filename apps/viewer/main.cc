@@ -19,12 +19,14 @@
 #include "colmap_io/nerfstudio.h"
 #include "viewer/window/main_window.h"
 #include "viewer/window/open_dialog.h"
+#include "viewer/window/preferences_dialog.h"
 #include "viewer/window/theme.h"
 
 namespace retint {
 namespace {
 
 constexpr int kUsage = 2;
+constexpr char kScale[] = "QT_SCALE_FACTOR";
 
 // Qt takes --session, as -session of the desktop's session manager, for itself.
 constexpr char kSession[] = "retint-session";
@@ -179,6 +181,10 @@ int Main(int argc, char** argv) {
   std::vector<char*> pointers;
   for (std::string& argument : own) pointers.push_back(argument.data());
   pointers.push_back(nullptr);
+  if (const int scale = Preferences::Load().scale;
+      scale != 100 && !qEnvironmentVariableIsSet(kScale)) {
+    qputenv(kScale, QByteArray::number(scale / 100.0));  // Qt reads it once
+  }
   QApplication app(argc, pointers.data());
   QApplication::setApplicationDisplayName("Retint");
   QGuiApplication::setDesktopFileName("retint-viewer");

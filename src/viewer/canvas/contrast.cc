@@ -3,16 +3,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 #include <vector>
 
 #include "kernels/common/sh.h"
 #include "recolor/color_edit.h"
 #include "recolor/main_color.h"
+#include "viewer/canvas/overlay_color.h"
 
 namespace retint {
 namespace {
 
+// As kOverlayNames calls them.
 const QColor kOverlays[] = {{255, 140, 0}, {0, 150, 255}, {255, 0, 200}, {60, 220, 0}};
 // Of differences in red, green and blue, up to 441. A measure of 150 tells azure from sky blue
 // and orange from a fox.
@@ -30,9 +33,19 @@ QColor ToQColor(const Eigen::Vector3f& color) {
   return QColor::fromRgbF(part(0), part(1), part(2));
 }
 
+QColor preferred;  // of the whole program, as the theme is
+
 }  // namespace
 
+void PreferOverlayColor(const QString& name) {
+  const auto found = std::find_if(std::begin(kOverlayNames), std::end(kOverlayNames),
+                                  [&](const char* one) { return name == one; });
+  const auto at = size_t(found - std::begin(kOverlayNames));
+  preferred = at < std::size(kOverlays) ? kOverlays[at] : QColor();
+}
+
 QColor ContrastingColor(const QColor& under, const QColor& current) {
+  if (preferred.isValid()) return preferred;
   const QColor first = current.isValid() ? current : kOverlays[0];
   if (!under.isValid() || Distance(first, under) >= kStandsOut) return first;
   return *std::max_element(

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "viewer/window/preferences_dialog.h"
 
+#include <algorithm>
+
 #include <QCheckBox>
 #include <QComboBox>
 #include <QDialogButtonBox>
@@ -8,7 +10,14 @@
 #include <QSettings>
 #include <QSpinBox>
 
+#include "viewer/canvas/overlay_color.h"
+
 namespace retint {
+namespace {
+
+constexpr int kLeastScale = 100, kMostScale = 300;  // percent
+
+}  // namespace
 
 Preferences Preferences::Load() {
   const QSettings settings;
@@ -16,6 +25,8 @@ Preferences Preferences::Load() {
   loaded.theme = ParseTheme(settings.value("theme").toString());
   loaded.automatic_refit = settings.value("automatic_refit", loaded.automatic_refit).toBool();
   loaded.frame_ms = settings.value("frame_ms", loaded.frame_ms).toInt();
+  loaded.overlay = settings.value("overlay").toString();
+  loaded.scale = std::clamp(settings.value("scale", loaded.scale).toInt(), kLeastScale, kMostScale);
   return loaded;
 }
 
@@ -24,6 +35,8 @@ void Preferences::Save() const {
   settings.setValue("theme", ThemeName(theme));
   settings.setValue("automatic_refit", automatic_refit);
   settings.setValue("frame_ms", frame_ms);
+  settings.setValue("overlay", overlay);
+  settings.setValue("scale", scale);
 }
 
 PreferencesDialog::PreferencesDialog(const Preferences& now, QWidget* parent) : QDialog(parent) {
@@ -48,8 +61,26 @@ PreferencesDialog::PreferencesDialog(const Preferences& now, QWidget* parent) : 
   frame->setKeyboardTracking(false);
   frame->setToolTip(
       tr("How long a picture may take while the camera moves. Less is smoother, more is sharper"));
+  auto* overlay = new QComboBox;
+  overlay->setObjectName("preferred_overlay");
+  overlay->setToolTip(tr("The color of what is painted and of masks"));
+  overlay->addItem(tr("Stands out from the picture"), QString());
+  for (const char* name : kOverlayNames) {
+    overlay->addItem(tr(name).left(1).toUpper() + tr(name).mid(1), name);
+  }
+  overlay->setCurrentIndex(std::max(0, overlay->findData(now.overlay)));
+  auto* scale = new QSpinBox;
+  scale->setObjectName("preferred_scale");
+  scale->setRange(kLeastScale, kMostScale);
+  scale->setSingleStep(25);
+  scale->setSuffix(tr(" %"));
+  scale->setValue(now.scale);
+  scale->setKeyboardTracking(false);
+  scale->setToolTip(tr("The size of text and controls, from the next start on"));
   auto* form = new QFormLayout(this);
   form->addRow(tr("&Theme"), theme);
+  form->addRow(tr("&Size of the interface"), scale);
+  form->addRow(tr("&Overlay color"), overlay);
   form->addRow(tr("&Picture while moving"), frame);
   form->addRow(automatic);
   auto* close = new QDialogButtonBox(QDialogButtonBox::Close);
@@ -60,9 +91,13 @@ PreferencesDialog::PreferencesDialog(const Preferences& now, QWidget* parent) : 
     chosen.theme = ParseTheme(theme->currentData().toString());
     chosen.automatic_refit = automatic->isChecked();
     chosen.frame_ms = frame->value();
+    chosen.overlay = overlay->currentData().toString();
+    chosen.scale = scale->value();
     Q_EMIT changed(chosen);
   };
   connect(theme, &QComboBox::currentIndexChanged, this, say);
+  connect(overlay, &QComboBox::currentIndexChanged, this, say);
+  connect(scale, &QSpinBox::valueChanged, this, say);
   connect(automatic, &QCheckBox::toggled, this, say);
   connect(frame, &QSpinBox::valueChanged, this, say);
 }

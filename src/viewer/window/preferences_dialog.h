@@ -11,6 +11,8 @@ namespace retint {
 struct Preferences {
   ThemeChoice theme = ThemeChoice::kSystem;
   bool automatic_refit = true;
+  QString overlay;    // one of kOverlayNames; empty: by contrast
+  int scale = 100;    // of the interface, percent; from the next start on
   int frame_ms = 60;  // that a picture may take while the camera moves
 
   static Preferences Load();  // from the settings
