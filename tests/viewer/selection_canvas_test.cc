@@ -7,6 +7,7 @@
 #include <memory>
 
 #include <QAbstractButton>
+#include <QKeyEvent>
 #include <QMouseEvent>
 #include <QSignalSpy>
 #include <QSlider>
@@ -15,6 +16,7 @@
 #include <QWheelEvent>
 
 #include "tests/viewer/canvas_fixture.h"
+#include "viewer/selection/accept_button.h"
 #include "viewer/selection/selection_bar.h"
 
 namespace retint {
@@ -137,6 +139,50 @@ class SelectionCanvasTest : public CanvasFixture {
     QCOMPARE(Mask(18, 12), 255);
     QCOMPARE(Mask(60, 45), 0);
     QCOMPARE(Mask(60, 20), 0);
+  }
+
+  // A key that is held closes the outline, and does not go on to accept it.
+  void AHeldEnterDoesNotAccept() {
+    Key(Qt::Key_P);
+    QSignalSpy accepted(canvas_.get(), &SelectionCanvas::acceptRequested);
+    for (const QPoint& at : {At(10, 10), At(40, 10), At(40, 40)}) Click(at);
+    Key(Qt::Key_Return);
+    QVERIFY(Inside() > 0);
+    QKeyEvent held(QEvent::KeyPress, Qt::Key_Return, Qt::NoModifier, QString(), /*autorep=*/true);
+    QCoreApplication::sendEvent(canvas_.get(), &held);
+    QCOMPARE(accepted.count(), 0);
+    Key(Qt::Key_Return);
+    QCOMPARE(accepted.count(), 1);
+  }
+
+  void AStrokeThatIsNotTakenIsAnswered() {
+    canvas_->SetPaintable(false);
+    QSignalSpy told(canvas_.get(), &SelectionCanvas::notFound);
+    Drag({At(10, 10), At(30, 30)});
+    QCOMPARE(Inside(), size_t{0});
+    QCOMPARE(told.count(), 1);
+  }
+
+  void AcceptIsOfferedBesideTheStroke() {
+    AcceptButton accept(canvas_.get());
+    accept.SetPaintable(true);
+    QSignalSpy clicked(&accept, &QPushButton::clicked);
+    Drag({At(10, 10), At(30, 20)});
+    QTRY_VERIFY(accept.isVisible());
+    QVERIFY((accept.geometry().topLeft() - At(30, 20)).manhattanLength() < 80);
+    QVERIFY(!accept.geometry().contains(At(30, 20)));  // the next stroke may begin there
+    QVERIFY(canvas_->hasFocus());
+    QTest::mouseClick(&accept, Qt::LeftButton);
+    QCOMPARE(clicked.count(), 1);
+    Drag({At(70, 50), At(kWidth - 1, kHeight - 1)});  // in the corner
+    QTRY_VERIFY(accept.isVisible());
+    QVERIFY(canvas_->rect().contains(accept.geometry()));
+    canvas_->SelectNone();
+    QVERIFY(!accept.isVisible());
+    Drag({At(10, 10), At(30, 20)});
+    QTRY_VERIFY(accept.isVisible());
+    accept.SetPaintable(false);
+    QVERIFY(!accept.isVisible());
   }
 
   void TheStripWidensTheWindowNoMoreThanItMust() {

@@ -320,6 +320,9 @@ void SelectionCanvas::mousePressEvent(QMouseEvent* event) {
     UpdateCursor();
   } else if (event->button() == Qt::LeftButton && ready_ && paintable_) {
     Press(ImageAt(event->position()), event->modifiers());
+  } else if (event->button() == Qt::LeftButton) {
+    Q_EMIT notFound(ready_ ? tr("Wait for the selection, or press Esc to paint on")
+                           : tr("Wait until the view is made"));
   }
   UpdateBrushOutline();
 }
@@ -441,8 +444,8 @@ bool SelectionCanvas::HandleKey(const QKeyEvent& event) {
       break;
     case SelectionAct::kAccept:
       if (HasCorners()) {
-        FinishDrawing();
-      } else if (!drawing_ && !tuning_ && !editor_.InStroke()) {
+        if (!event.isAutoRepeat()) FinishDrawing();
+      } else if (!event.isAutoRepeat() && !drawing_ && !tuning_ && !editor_.InStroke()) {
         Q_EMIT acceptRequested();
       }
       break;

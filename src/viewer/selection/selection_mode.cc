@@ -19,6 +19,7 @@
 #include "opening/photo_paint.h"
 #include "selecting/view_mask.h"
 #include "selection/view_depth.h"
+#include "viewer/selection/accept_button.h"
 #include "viewer/selection/reach_choice.h"
 #include "viewer/selection/scene_question.h"
 #include "viewer/selection/selection_bar.h"
@@ -152,6 +153,7 @@ SelectionMode::SelectionMode(SceneController* controller, QWidget* parent)
   rows->addLayout(row);
   progress_->hide();
 
+  connect(new AcceptButton(canvas_), &QPushButton::clicked, this, &SelectionMode::Accept);
   SetProjectorOptions(project_);
   connect(&tools_->reach(), &ReachChoice::chosen, this, [this](PaintReach reach) {
     SetReach(reach, &project_);
@@ -204,6 +206,7 @@ void SelectionMode::SetState(State state) {
   const bool painting = state == State::kPainting;
   canvas_->SetPaintable(painting);
   if (!painting) question_->Withdraw();
+  canvas_->findChild<AcceptButton*>()->SetPaintable(painting);
   tools_->setEnabled(painting);
   actions_->SetPaintable(painting);
   progress_->setVisible(state == State::kComputing);
