@@ -103,6 +103,9 @@ class OpenDialogTest : public FilesFixture {
     fs::resize_file(cut, 5000);
     QVERIFY(OpenForm(cut));
     QVERIFY(Says("cut.ply"));
+    QVERIFY(!open()->isEnabled());
+    Type(dialog_, "splat", scene_->workspace() / "splat.ply");
+    QVERIFY(Says("Renders and photos agree: "));
     QVERIFY(open()->isEnabled());
   }
 

@@ -49,6 +49,7 @@ void FrameFinder::Post(const OpenRequest& request, Ask ask, Answer answer) {
   using Result =
       decltype(ask(request, std::declval<const GaussianModel&>(), std::declval<Monitor&>()));
   const auto result = std::make_shared<Result>();
+  const auto is_read = std::make_shared<bool>(false);
   const auto on_gui = [this, question = ++question_](auto tell) {
     retint::Post(this, [this, question, tell] {
       if (question == question_) tell();
@@ -56,7 +57,9 @@ void FrameFinder::Post(const OpenRequest& request, Ask ask, Answer answer) {
   };
   worker_->Post({tr("Comparing"),
                  [=, splat = splat_](Monitor& monitor) {
-                   *result = ask(request, splat->Read(request.splat, monitor), monitor);
+                   const GaussianModel& model = splat->Read(request.splat, monitor);
+                   *is_read = true;
+                   *result = ask(request, model, monitor);
                  },
                  [=, this](std::exception_ptr error) {
                    try {
@@ -64,7 +67,9 @@ void FrameFinder::Post(const OpenRequest& request, Ask ask, Answer answer) {
                      on_gui([=] { answer(*result); });
                    } catch (const Cancelled&) {
                    } catch (const std::exception& failure) {
-                     on_gui([this, why = FailureText(failure)] { Q_EMIT failed(why); });
+                     on_gui([this, why = FailureText(failure), read = *is_read] {
+                       Q_EMIT(read ? failed(why) : unreadable(why));
+                     });
                    }
                  }});
 }

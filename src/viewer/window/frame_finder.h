@@ -38,6 +38,7 @@ class FrameFinder : public QObject {
   void progressed(double fraction);  // in [0, 1]
   void checked(const SceneCheck& check);
   void aligned(const AlignResult& result);
+  void unreadable(const QString& why);  // the splat
   void failed(const QString& message);
 
  private:

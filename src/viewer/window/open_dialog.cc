@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include <QCheckBox>
 #include <QComboBox>
 #include <QDialogButtonBox>
 #include <QDir>
@@ -150,11 +152,12 @@ OpenDialog::OpenDialog(const OpenRequest& start, QWidget* parent) : QDialog(pare
       row(tr("&Workspace"), start.workspace,
           tr("folder of a COLMAP model; without one, views are placed around the splat"), true);
   splat_ = row(tr("&Splat"), start.splat, tr("file of this scene's Gaussians"), false);
+  auto* main_form = std::exchange(form, new QFormLayout);
   photos_ = row(tr("&Photos"), start.options.image_folder, tr("found in the workspace"), true);
   frame_ = row(tr("&Frame"), FrameText(start.options.world_from_splat),
                tr("where the splat lies: a JSON file or a matrix; left out: as it is"), false);
   frame_->setObjectName("frame");
-  form->addRow(QString(), MakeFitLine());
+  main_form->addRow(QString(), MakeFitLine());
   workspace_->setObjectName("workspace");
   splat_->setObjectName("splat");
   splat_of_ = workspace_->text().trimmed();
@@ -199,8 +202,24 @@ OpenDialog::OpenDialog(const OpenRequest& start, QWidget* parent) : QDialog(pare
     ask_.stop();
     finder_.Cancel();
   });
+  // What most scenes do not need.
+  auto* advanced = new QWidget;
+  advanced->setObjectName("open_advanced");
+  form->setContentsMargins(0, 0, 0, 0);
+  advanced->setLayout(form);
+  auto* more = new QCheckBox(tr("A&dvanced: photos, frame, backend and held-out views"));
+  more->setObjectName("open_more");
+  more->setChecked(!photos_->text().isEmpty() || !frame_->text().isEmpty() || at > 0 ||
+                   holdout_->value() > 0);
+  advanced->setVisible(more->isChecked());
+  connect(more, &QCheckBox::toggled, this, [this, advanced](bool shown) {
+    advanced->setVisible(shown);
+    adjustSize();
+  });
   auto* layout = new QVBoxLayout(this);
-  layout->addLayout(form);
+  layout->addLayout(main_form);
+  layout->addWidget(more);
+  layout->addWidget(advanced);
   layout->addWidget(problem_);
   layout->addWidget(buttons_);
   Check();
@@ -234,6 +253,10 @@ QWidget* OpenDialog::MakeFitLine() {
   connect(align_, &QPushButton::clicked, this, &OpenDialog::StartOrStopAlign);
   connect(&finder_, &FrameFinder::checked, this, &OpenDialog::ShowFit);
   connect(&finder_, &FrameFinder::aligned, this, &OpenDialog::Take);
+  connect(&finder_, &FrameFinder::unreadable, this, [this](const QString& why) {
+    valid_ = false;
+    EndAlign(QStringLiteral("⚠ ") + why);
+  });
   connect(&finder_, &FrameFinder::failed, this,
           [this](const QString& why) { EndAlign(QStringLiteral("⚠ ") + why); });
   connect(&finder_, &FrameFinder::progressed, this,
