@@ -80,6 +80,25 @@ class ThemeTest : public ViewerTest {
     theme_->Choose(ThemeChoice::kSystem);
   }
 
+  // The one button of the window that is filled with the accent.
+  void PaintIsThePrimaryButton() {
+    for (const ThemeChoice choice : {ThemeChoice::kLight, ThemeChoice::kDark}) {
+      theme_->Choose(choice);
+      const QColor accent = QApplication::palette().color(QPalette::Highlight);
+      int filled = 0;
+      for (QToolButton* button :
+           window_->findChild<QToolBar*>("tools")->findChildren<QToolButton*>()) {
+        if (!button->isVisible()) continue;
+        const QImage shown = button->grab().toImage();
+        const bool is_filled = shown.pixelColor(shown.width() / 2, 3) == accent;
+        filled += is_filled;
+        QCOMPARE(is_filled, button->defaultAction() == window_->action("selection.enter"));
+      }
+      QCOMPARE(filled, 1);
+    }
+    theme_->Choose(ThemeChoice::kSystem);
+  }
+
   void IconsHaveTheColorOfText() {
     for (const QColor& text : {QColor(Qt::black), QColor(225, 226, 229)}) {
       QPalette palette;

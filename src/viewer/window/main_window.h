@@ -111,6 +111,7 @@ class MainWindow : public QMainWindow {
   static QSize FirstSize(const QSize& room);
 
  protected:
+  void changeEvent(QEvent* event) override;
   void closeEvent(QCloseEvent* event) override;
   void dragEnterEvent(QDragEnterEvent* event) override;
   void dragMoveEvent(QDragMoveEvent* event) override;
@@ -143,6 +144,9 @@ class MainWindow : public QMainWindow {
   QAction* MakeAction(const char* command, const QString& text, std::function<void()> act,
                       bool checkable = false);
   void BuildMenus();
+  void BuildToolBar();
+  void DrawIcons();  // in the palette's colors
+  void FillBookmarks();
   void BackOut();
   void SaveScreenshot();
   void CopyPicture();
@@ -223,7 +227,7 @@ class MainWindow : public QMainWindow {
   QToolButton* cancel_;
   QTimer message_timer_, status_timer_;
   std::map<std::string, QAction*, std::less<>> actions_;
-  QMenu *recent_ = nullptr, *panels_menu_ = nullptr, *history_ = nullptr;
+  QMenu *recent_ = nullptr, *panels_menu_ = nullptr, *history_ = nullptr, *bookmarks_ = nullptr;
   std::vector<QDockWidget*> docks_;
   bool panels_shown_ = true, on_start_page_ = false;
   QByteArray layout_;  // of the panels that are hidden

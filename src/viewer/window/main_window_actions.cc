@@ -3,9 +3,12 @@
 #include <QAction>
 #include <QApplication>
 #include <QClipboard>
+#include <QCryptographicHash>
 #include <QDateTime>
+#include <QDesktopServices>
 #include <QDir>
 #include <QDockWidget>
+#include <QFileInfo>
 #include <QMenu>
 #include <QMenuBar>
 #include <QMessageBox>
@@ -13,18 +16,36 @@
 #include <QStackedWidget>
 #include <QStandardPaths>
 #include <QToolBar>
+#include <QToolButton>
+#include <QUrl>
 
 #include "base/run_clock.h"
+#include "viewer/canvas/overlay_color.h"
 #include "viewer/canvas/uncertainty.h"
 #include "viewer/panels/quality_panel.h"
 #include "viewer/panels/views_panel.h"
 #include "viewer/selection/selection_mode.h"
 #include "viewer/selection/stroke_preview.h"
+#include "viewer/widgets/icon.h"
+#include "viewer/window/flat_style.h"
 #include "viewer/window/keys_dialog.h"
 #include "viewer/window/main_window.h"
 #include "viewer/window/preferences_dialog.h"
 
 namespace retint {
+namespace {
+
+// The editor's page of the documents that packages install; empty where there is none.
+QString GuideFile() {
+  const QDir program(QCoreApplication::applicationDirPath());
+  for (const char* package : {"retint", "retint-cuda"}) {
+    const QString page = program.filePath(QString("../share/doc/%1/docs/viewer.md").arg(package));
+    if (QFileInfo::exists(page)) return page;
+  }
+  return {};
+}
+
+}  // namespace
 
 QAction* MainWindow::MakeAction(const char* command, const QString& text, std::function<void()> act,
                                 bool checkable) {
@@ -57,7 +78,7 @@ void MainWindow::BuildActions() {
   MakeAction("edit.undo", tr("&Undo"), [this] { controller_->Undo(); });
   MakeAction("edit.redo", tr("&Redo"), [this] { controller_->Redo(); });
   MakeAction("edit.cancel", tr("Back out"), [this] { BackOut(); });
-  MakeAction("selection.enter", tr("&Select"), [this] {
+  MakeAction("selection.enter", tr("&Paint"), [this] {
     EnterSelection(views_->IsToPaintNext() ? current_->id() : 0);
   })->setToolTip(tr("Paint on this view to select a part of the scene"));
   MakeAction("view.next", tr("&Next view"), [this] { canvas_->StepView(1); });
@@ -144,13 +165,20 @@ void MainWindow::BuildMenus() {
   edit->addAction(tr("&Preferences…"), this, &MainWindow::ShowPreferences);
   QMenu* view = menuBar()->addMenu(tr("&View"));
   add(view, {"view.next", "view.previous", "", "camera.frame", "camera.reset", "camera.fly_mode",
-             "", "show.frusta", "show.depth", "show.split", "show.cloud", "show.mask",
-             "show.uncertain", "show.look_ahead"});
+             "", "show.frusta", "show.depth", "show.split", "show.mask", ""});
+  bookmarks_ = view->addMenu(tr("&Kept cameras"));
+  bookmarks_->setObjectName("bookmarks");
+  connect(bookmarks_, &QMenu::aboutToShow, this, &MainWindow::FillBookmarks);
+  add(view->addMenu(tr("&Advanced")), {"show.cloud", "show.uncertain", "show.look_ahead"});
   QMenu* window = menuBar()->addMenu(tr("&Window"));
   panels_menu_ = window->addMenu(tr("&Panels"));
   add(window, {"window.panels", "window.full_screen", "window.screenshot"});
   QMenu* help = menuBar()->addMenu(tr("&Help"));
   add(help, {"help.keys"});
+  if (const QString guide = GuideFile(); !guide.isEmpty()) {
+    help->addAction(tr("&Guide"), this,
+                    [guide] { QDesktopServices::openUrl(QUrl::fromLocalFile(guide)); });
+  }
   help->addAction(tr("Open the &sample"), this, &MainWindow::OpenSample);
   help->addAction(tr("&About Retint"), this, [this] {
     const QString version = QString::fromUtf8(Version().data(), qsizetype(Version().size()));
@@ -163,20 +191,78 @@ void MainWindow::BuildMenus() {
     ShowDialog(box);
   });
 
+  BuildToolBar();
+}
+
+// Paint is the one button that is filled.
+void MainWindow::BuildToolBar() {
   QToolBar* bar = addToolBar(tr("Tools"));
   bar->setObjectName("tools");
   bar->setMovable(false);
-  bar->setToolButtonStyle(Qt::ToolButtonTextOnly);
+  bar->setContextMenuPolicy(Qt::PreventContextMenu);
+  bar->setToolButtonStyle(Qt::ToolButtonIconOnly);
   for (const char* command : {"selection.enter", "", "edit.undo", "edit.redo", "", "view.previous",
                               "view.next", "camera.frame", "camera.fly_mode", "", "show.frusta",
-                              "show.depth", "show.split", "show.cloud"}) {
+                              "show.depth", "show.split", "show.mask"}) {
     if (*command) {
       bar->addAction(action(command));
     } else {
       bar->addSeparator();
     }
   }
-  bar->setContextMenuPolicy(Qt::PreventContextMenu);
+  auto* paint = qobject_cast<QToolButton*>(bar->widgetForAction(action("selection.enter")));
+  paint->setProperty(kPrimary, true);
+  paint->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
+  DrawIcons();
+}
+
+void MainWindow::DrawIcons() {
+  static const std::pair<const char*, const char*> kIcons[] = {
+      {"edit.undo", "undo"},      {"edit.redo", "redo"},       {"view.previous", "previous"},
+      {"view.next", "next"},      {"camera.frame", "frame"},   {"camera.fly_mode", "fly"},
+      {"show.frusta", "cameras"}, {"show.depth", "depth"},     {"show.split", "split"},
+      {"show.mask", "mask"},      {"selection.enter", "brush"}};
+  for (const auto& [command, icon] : kIcons) {
+    QPalette colors = palette();
+    if (action(command) == action("selection.enter")) {
+      colors.setColor(QPalette::Active, QPalette::ButtonText,
+                      colors.color(QPalette::Active, QPalette::HighlightedText));
+    }
+    action(command)->setIcon(MakeIcon(icon, colors));
+    action(command)->setIconVisibleInMenu(false);
+  }
+}
+
+void MainWindow::changeEvent(QEvent* event) {
+  if (event->type() == QEvent::PaletteChange && !actions_.empty()) DrawIcons();
+  QMainWindow::changeEvent(event);
+}
+
+// Cameras that are kept with the scene's name, for this and later visits.
+void MainWindow::FillBookmarks() {
+  bookmarks_->clear();
+  if (!controller_->IsOpen()) return;
+  const QString key =
+      "bookmarks/" + QString::fromLatin1(QCryptographicHash::hash(
+                                             QByteArray::fromStdString(
+                                                 controller_->facts()->request.place().string()),
+                                             QCryptographicHash::Sha1)
+                                             .toHex());
+  bookmarks_->addAction(tr("&Keep this camera"), this, [this, key] {
+    QStringList kept = QSettings().value(key).toStringList();
+    kept << QString::fromStdString(canvas_->CameraState());
+    QSettings().setValue(key, kept);
+    Say(tr("Kept as camera %1, under View > Kept cameras").arg(kept.size()));
+  });
+  const QStringList kept = QSettings().value(key).toStringList();
+  if (kept.isEmpty()) return;
+  bookmarks_->addSeparator();
+  for (const QString& state : kept) {
+    bookmarks_->addAction(tr("Camera &%1").arg(bookmarks_->actions().size() - 1), this,
+                          [this, state] { canvas_->RestoreCamera(state.toStdString()); });
+  }
+  bookmarks_->addSeparator();
+  bookmarks_->addAction(tr("&Forget them"), this, [key] { QSettings().remove(key); });
 }
 
 void MainWindow::UpdateActions() {
@@ -282,6 +368,8 @@ void MainWindow::ShowPreferences() {
 void MainWindow::Prefer(const Preferences& preferences) {
   controller_->SetAutomaticRefit(preferences.automatic_refit);
   renderer_->SetFrameBudget(preferences.frame_ms);
+  PreferOverlayColor(preferences.overlay);
+  ShowCloudOfCurrent();
 }
 
 // Every edit that is kept, the newest on top; a click goes to the state after it.
