@@ -23,7 +23,7 @@ namespace {
 constexpr int64_t kMostNumbers = int64_t{1} << 28;
 constexpr size_t kMostPorts = 64;  // more, and it is no network for pictures
 
-// What an ort::Api function made, released with its own function.
+// Made by a function of ort::Api, and released by another.
 template <typename T>
 using Owned = std::unique_ptr<T, void (*)(T*)>;
 
@@ -91,7 +91,7 @@ struct OnnxModel::State {
   }
   ~State() { api.release_session(session); }
 
-  // InputError: what fails here is the file's fault.
+  // InputError, because a failure here is the fault of the file.
   void Check(ort::Status* status, const char* what) const {
     try {
       runtime.Check(status, what);

@@ -98,7 +98,7 @@ void AddLibrariesOf(const fs::path& folder, std::vector<fs::path>* places) {
   places->insert(places->end(), found.begin(), found.end());
 }
 
-// Where pip installs, below a prefix such as /usr/local or ~/.local.
+// pip's folders below a prefix such as /usr/local or ~/.local.
 void AddPipOf(const fs::path& prefix, std::vector<fs::path>* places) {
   for (const fs::path& folder : ListFolder(prefix / "lib")) {
     if (!folder.filename().string().starts_with("python3")) continue;

@@ -60,7 +60,7 @@ ScalarImage ImageOf(const fs::path& path, int64_t width, int64_t height) {
   return {int(width), int(height)};
 }
 
-// What follows `key` in the header's dictionary.
+// The text after `key` in the header's dictionary.
 std::string_view After(const fs::path& path, std::string_view header, std::string_view key) {
   const size_t at = header.find(key);
   if (at == std::string_view::npos)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What networks take for a pixel.
+// The ranges of pixels that networks take.
 #pragma once
 
 #include <cstddef>

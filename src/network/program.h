@@ -18,12 +18,12 @@ namespace retint {
 // cancelled. A question is a line on its stdin, with tabs between its parts:
 //   IMAGE.png ... OUTPUT
 // It writes one number a pixel to OUTPUT.npy, OUTPUT.pfm or OUTPUT.png (network/pixel_file.h), then
-// the line "ok" on stdout. Any other answer is its own message of what is wrong.
+// the line "ok" on stdout. Any other answer is its own message of a fault.
 class NetworkProgram {
  public:
   explicit NetworkProgram(std::string command);
 
-  // Pixels of the first image's size. RunError if the program fails, InputError if what it wrote
+  // Pixels of the first image's size. RunError if the program fails, InputError if its output
   // cannot be read or has another size. Thread-safe.
   ScalarImage Ask(const std::vector<const Image8*>& images, const Monitor& monitor) const;
 

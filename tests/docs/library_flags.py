@@ -5,7 +5,7 @@
     python3 tests/docs/library_flags.py [ROOT]
 
 Messages name an option with OptionName() (base/option_name.h), and every program spells it as its users do. Only
-Option::Flag() makes flags. COLMAP's own flags, which have "_" or ".", may be in what is passed to it.
+Option::Flag() makes flags. A property of CSS is none. COLMAP's own flags, which have "_" or ".", may be in what is passed to it.
 Exit codes: 0 no string literal has a flag, 1 some have.
 """
 
@@ -15,7 +15,7 @@ import sys
 
 ROOT = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else __file__.rsplit("/tests/", 1)[0])
 COMMENT_OR_LITERAL = re.compile(r'//[^\n]*|"(?:[^"\\\n]|\\.)*"')
-FLAG = re.compile(r'(?<![\w-])--(?:"|(?=([a-z][a-z0-9-]*))\1(?![_A-Z]|\.[A-Za-z]))')
+FLAG = re.compile(r'(?<![\w-])--(?:"|(?=([a-z][a-z0-9-]*))\1(?![_A-Z]|\.[A-Za-z]|: \{))')
 MAKES_FLAGS = re.compile(r"std::string flag = $")
 
 

@@ -13,7 +13,9 @@
 namespace retint {
 namespace {
 
+using testing::AllOf;
 using testing::ElementsAre;
+using testing::EndsWith;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
@@ -89,8 +91,9 @@ TEST_F(SceneCheckTest, MissingPhotosAreNamed) {
   std::filesystem::remove(folder_ / ViewName(4));
   const SceneCheck check = Check(scene_.model);
   EXPECT_THAT(check.missing_photos, ElementsAre(ViewName(1), ViewName(4)));
-  EXPECT_THAT(check.warnings, ElementsAre(AllOf(HasSubstr("2 of 6 views are missing: view1, view4; there is no "),
-                                EndsWith((folder_ / ViewName(1)).string())));
+  EXPECT_THAT(check.warnings,
+              ElementsAre(AllOf(HasSubstr("2 of 6 views are missing: view1, view4; there is no "),
+                                EndsWith((folder_ / ViewName(1)).string()))));
 }
 
 TEST_F(SceneCheckTest, ASplatElsewhereIsInAnotherFrame) {

@@ -292,7 +292,7 @@ void MainWindow::OfferRecovery(const StartOptions& options, std::function<void()
   std::vector<std::filesystem::path> known;
   if (!options.session.empty()) known.push_back(options.session);
   for (const QString& entry : RecentFiles()) {
-    if (!entry.contains(kBetween)) known.push_back(Path(entry));
+    if (IsSessionEntry(entry)) known.push_back(Path(entry));
   }
   const auto left = FindRecoverable(known);
   const auto found = std::find_if(left.begin(), left.end(), [&](const Recovery& one) {

@@ -69,14 +69,6 @@ QString SplatFilter(bool writable) {
   return QObject::tr("Gaussian splats (%1)").arg(patterns.join(' '));
 }
 
-QString WithSplatExtension(const QString& path) {
-  const QStringList extensions = SplatExtensions(/*writable=*/true);
-  const bool has_one = std::any_of(
-      extensions.begin(), extensions.end(),
-      [&](const QString& extension) { return path.endsWith(extension, Qt::CaseInsensitive); });
-  return has_one ? path : path + extensions.value(0);
-}
-
 QString SessionOf(const QString& path) {
   constexpr const char* kManifest = "session.json";
   const QFileInfo info(path);

@@ -77,7 +77,5 @@ QString GuessSplat(const QString& workspace);
 // A file dialog's filter, "Gaussian splats (*.ply ...)": of the formats that can be read, or only
 // of those that can be written.
 QString SplatFilter(bool writable = false);
-// `path`, if its extension is that of a format that can be written; else with such an extension.
-QString WithSplatExtension(const QString& path);
 
 }  // namespace retint

@@ -36,9 +36,8 @@ QString PictureFile(const QString& entry) {
 
 }  // namespace
 
-// Workspace, splat, photos, held-out views, backend,
-// model, frame, placed views, render model. All but the first two may be missing: older entries
-// have fewer parts.
+// Workspace, splat, photos, held-out views, backend, model, frame, placed views, render model. All
+// but the first two may be missing: older entries have fewer parts.
 QString RecentEntry(const OpenRequest& request) {
   const SessionOptions& options = request.options;
   return QStringList{Absolute(request.workspace),
