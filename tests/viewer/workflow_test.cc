@@ -93,13 +93,16 @@ class WorkflowTest : public ViewerTest {
     Paint(Truth(subject_.first));
     QVERIFY(Accept());
     const QString points = "Points of the paint", with_key = points + " · Shift+M shows the mask";
+    QCOMPARE(canvas().CloudNote(), QString());  // the mask shows, and no points
+    QVERIFY(window_->action("show.mask")->isChecked());
+    PressKey(*window_, Qt::Key_M);  // both
+    QCOMPARE(canvas().CloudNote(), points);
+    PressKey(*window_, Qt::Key_M, Qt::ShiftModifier);  // points alone
     QCOMPARE(canvas().CloudNote(), with_key);
     PressKey(*window_, Qt::Key_M, Qt::ShiftModifier);  // the mask instead of the points
     QCOMPARE(canvas().CloudNote(), QString());
-    PressKey(*window_, Qt::Key_M);  // and both
+    PressKey(*window_, Qt::Key_M);
     QCOMPARE(canvas().CloudNote(), points);
-    PressKey(*window_, Qt::Key_M, Qt::ShiftModifier);
-    QCOMPARE(canvas().CloudNote(), with_key);
     window_->SetCurrentRegion(0);
     QCOMPARE(canvas().CloudNote(), QString());
   }
@@ -115,7 +118,10 @@ class WorkflowTest : public ViewerTest {
     QVERIFY2(MeanIou() > 0.5, qPrintable(QString::number(MeanIou())));
 
     // Its points are drawn on the object and nowhere else, with a note that they are not all that
-    // is selected; M takes them away.
+    // is selected; M shows them, in place of the mask, and takes them away.
+    PressKey(*window_, Qt::Key_M, Qt::ShiftModifier);
+    PressKey(*window_, Qt::Key_M);
+    QVERIFY(WaitSharp(*window_));
     const QImage with_points = canvas().frame()->image;
     QCOMPARE(canvas().CloudNote(), QString("Points of the paint · Shift+M shows the mask"));
     Keep(*window_, "points_note");

@@ -35,7 +35,7 @@ QString TextOf(int step) {
 
 }  // namespace
 
-FirstSteps::FirstSteps(QWidget* over) : QFrame(over) {
+FirstSteps::FirstSteps(QWidget* parent) : QFrame(parent) {
   setObjectName("first_steps");
   setFrameShape(QFrame::StyledPanel);
   setAutoFillBackground(true);
@@ -60,8 +60,8 @@ FirstSteps::FirstSteps(QWidget* over) : QFrame(over) {
     column->addWidget(line);
   }
   connect(close, &QToolButton::clicked, this, &FirstSteps::Finish);
-  over->installEventFilter(this);
   Describe();
+  hide();
 }
 
 bool FirstSteps::IsWanted() { return !QSettings().value(kSetting).toBool(); }
@@ -92,20 +92,27 @@ void FirstSteps::Describe() {
   Place();
 }
 
+void FirstSteps::ShowOver(QWidget* area) {
+  if (area_ != area) {
+    if (area_) area_->removeEventFilter(this);
+    if (area) area->installEventFilter(this);
+    area_ = area;
+  }
+  setVisible(area != nullptr);
+  Place();
+}
+
 void FirstSteps::Place() {
+  if (!area_) return;
   adjustSize();
-  move(kMargin, parentWidget()->height() - height() - kMargin);
+  const QPoint corner = area_->mapTo(parentWidget(), area_->rect().bottomLeft());
+  move(corner + QPoint(kMargin, -kMargin - height()));
   raise();
 }
 
 bool FirstSteps::eventFilter(QObject* object, QEvent* event) {
-  if (event->type() == QEvent::Resize) Place();
+  if (event->type() == QEvent::Resize || event->type() == QEvent::Move) Place();
   return QFrame::eventFilter(object, event);
-}
-
-void FirstSteps::showEvent(QShowEvent* event) {
-  QFrame::showEvent(event);
-  Place();
 }
 
 }  // namespace retint

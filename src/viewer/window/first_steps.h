@@ -6,6 +6,7 @@
 #include <array>
 
 #include <QFrame>
+#include <QPointer>
 
 class QLabel;
 
@@ -17,7 +18,10 @@ class FirstSteps : public QFrame {
  public:
   enum Step { kOpen, kPaint, kAccept, kColor, kExport };
 
-  explicit FirstSteps(QWidget* over);  // its parent, at whose lower left corner it lies
+  explicit FirstSteps(QWidget* parent);
+
+  // It lies at the lower left corner of `area`, which is inside its parent; null: it is hidden.
+  void ShowOver(QWidget* area);
 
   // False once all steps were done, or it was closed, also in another run of the program.
   static bool IsWanted();
@@ -26,13 +30,13 @@ class FirstSteps : public QFrame {
 
  protected:
   bool eventFilter(QObject* object, QEvent* event) override;
-  void showEvent(QShowEvent* event) override;
 
  private:
   void Finish();
   void Place();
   void Describe();
 
+  QPointer<QWidget> area_;
   std::array<QLabel*, kExport + 1> lines_{};
   std::array<bool, kExport + 1> done_{};
 };

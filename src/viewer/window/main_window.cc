@@ -287,11 +287,12 @@ void MainWindow::ConnectSelection() {
   connect(selection_, &SelectionMode::otherFailed, this, &MainWindow::Complain);
   connect(selection_, &SelectionMode::accepted, this, [this](RegionId id) {
     SetCurrentRegion(id);
-    canvas_->SetCloudShown(true);  // what was found
+    canvas_->SetCloudShown(false);  // it is less than the selection
+    quality_->SetMaskShown(shows_accepted_ = true);
     ShowPage();
     canvas_->setFocus();
     verdict_->Show(id);
-    Say(tr("%1 shows the selection. Choose a color in the Regions panel (%2)")
+    Say(tr("Choose a color in the Regions panel (%2). %1 hides the selection")
             .arg(KeyText("show.mask"), KeyText("panel.regions")));
   });
   connect(selection_, &SelectionMode::left, this, [this] {
@@ -361,7 +362,8 @@ void MainWindow::ShowPage() {
   start_->SetTask(controller_->task());
   if (page == start_) ShowRecent();
   if (first_steps_) {
-    first_steps_->setVisible(page != start_);
+    const bool selecting = page == selection_;
+    first_steps_->ShowOver(page == start_ ? nullptr : selecting ? &selection_->canvas() : page);
     if (page != start_) first_steps_->SetDone(FirstSteps::kOpen);
   }
   UpdateActions();
@@ -426,6 +428,10 @@ void MainWindow::OnRegions() {
   setWindowModified(sessions_->IsModified());
   ShowCloudOfCurrent();  // undo may have given it another selection
   const auto is_colored = [](const Region& region) { return !ChangesNothing(region.edit); };
+  const Region* current = current_->region();
+  if (shows_accepted_ && current && is_colored(*current)) {
+    quality_->SetMaskShown(shows_accepted_ = false);  // it would hide the color
+  }
   if (first_steps_ && std::ranges::any_of(controller_->regions().regions, is_colored)) {
     first_steps_->SetDone(FirstSteps::kColor);
   }

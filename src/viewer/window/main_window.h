@@ -240,7 +240,8 @@ class MainWindow : public QMainWindow {
   QColor cloud_color_;
   RegionColors colors_;
   bool closing_ = false;
-  bool unchecked_ = false;  // CheckScene() is still to come
+  bool unchecked_ = false;       // CheckScene() is still to come
+  bool shows_accepted_ = false;  // the mask shows until its region has a color
 };
 
 }  // namespace retint

@@ -106,6 +106,7 @@ StartPage::StartPage() {
   sample->setProperty("primary", true);
   sample->setCursor(Qt::PointingHandCursor);
   sample->setFixedHeight(40);
+  sample->setMinimumWidth(160);
   sample->setToolTip(tr("A small artificial scene to practice on"));
   auto* open = new DropTarget;
   open->setObjectName("welcome_open");
