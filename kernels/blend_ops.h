@@ -28,7 +28,7 @@ class Model {
   int sh_degree() const { return sh_degree_; }
   int num_sh_coeffs() const { return (sh_degree_ + 1) * (sh_degree_ + 1); }
   bool compensate() const { return compensate_; }  // see GaussianArrays
-  virtual float* sh() = 0;  // backend memory, [N, K, 3]
+  virtual float* sh() = 0;                         // backend memory, [N, K, 3]
   virtual const float* sh() const = 0;
 
  protected:

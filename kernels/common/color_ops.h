@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The operations that a color edit is made of, on one pixel. Colors are display-referred sRGB
-// triples, as most splats store them; 0 to 1 is what a screen shows, and values outside pass through
-// wherever an operation has a meaning there.
+// triples, as most splats store them; 0 to 1 is what a screen shows, and values outside pass
+// through wherever an operation has a meaning there.
 #pragma once
 
 #include <cstdint>

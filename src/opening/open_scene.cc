@@ -56,9 +56,9 @@ void SessionOptions::Check() const {
               OptionName("holdout") + " must be 0 (none) or at least 2");
   CheckOption(backend == "auto" || backend == "cpu" || backend == "cuda",
               OptionName("backend") + ": '" + backend + "' is not auto, cpu or cuda");
-  CheckOption(!render_model || *render_model == RenderModel::kDefault ||
-                  *render_model == RenderModel::kMip,
-              OptionName("render_model") + " is default or mip");
+  CheckOption(
+      !render_model || *render_model == RenderModel::kDefault || *render_model == RenderModel::kMip,
+      OptionName("render_model") + " is default or mip");
   VirtualViewOptions placed;
   placed.views = views;
   placed.Check();

@@ -59,9 +59,9 @@ struct EditRecipe {
   std::filesystem::path file;  // where it was read from, if it was: paths start in its folder
   std::filesystem::path workspace, splat, images;  // no workspace: views are placed
   std::string model;                               // of the workspace; empty: the largest
-  std::string world_from_splat;  // as WorldFromSplatOf() reads it; empty: the same frame
+  std::string world_from_splat;             // as WorldFromSplatOf() reads it; empty: the same frame
   std::optional<RenderModel> render_model;  // instead of the splat's
-  int views = 0;                 // that are placed; 0: as many as without a recipe
+  int views = 0;                            // that are placed; 0: as many as without a recipe
   int holdout = 0;
   uint64_t seed = 0;
   EditOptions options;                // of every region that does not say otherwise

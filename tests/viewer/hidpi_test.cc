@@ -47,7 +47,7 @@ class HidpiTest : public ViewerTest {
     const int y = image.height() / 2, inside = side / 2;
     const QRgb frame = image.pixel(0, y);
     QVERIFY(Apart(frame, image.pixel(inside, y)) > 50);
-    for (const int x : {1, side - 2, side - 1}) QCOMPARE(image.pixel(x, y), frame);
+    for (const int x : {1, side - 2, side - 1}) QVERIFY(Apart(frame, image.pixel(x, y)) < 16);
   }
 
   void StrokesLandOnThePixelsUnderTheCursor() {
