@@ -93,8 +93,9 @@ TEST_F(RenderModelTest, DiscsAreAnnounced) {
   GaussianModel model = ReadSplat(splat_);
   model.traits.render_model = RenderModel::k2dgs;
   WriteSplat(temp_ / "discs.ply", model);
-  EXPECT_THAT(Info(Path("discs.ply")), AllOf(HasSubstr("render model 2dgs (two scales"),
-                                             HasSubstr("splat of 2D Gaussians (2DGS)")));
+  EXPECT_THAT(Info(Path("discs.ply")),
+              AllOf(HasSubstr("render model 2dgs (comment SplatRenderMode: 2dgs)"),
+                    HasSubstr("splat of 2D Gaussians (2DGS)")));
   const CommandResult render = Run({"render", workspace_, "--splat", Path("discs.ply"), "--view",
                                     TinyView(), "--output", Path("renders")});
   EXPECT_THAT(render.err, HasSubstr("splat of 2D Gaussians (2DGS)"));

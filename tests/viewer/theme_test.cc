@@ -84,6 +84,7 @@ class ThemeTest : public ViewerTest {
   void PaintIsThePrimaryButton() {
     for (const ThemeChoice choice : {ThemeChoice::kLight, ThemeChoice::kDark}) {
       theme_->Choose(choice);
+      QCoreApplication::processEvents();
       const QColor accent = QApplication::palette().color(QPalette::Highlight);
       int filled = 0;
       for (QToolButton* button :

@@ -172,6 +172,8 @@ class WorkflowTest : public ViewerTest {
     Paint(LeftHalf(Truth(subject_.first)));
     QVERIFY(Accept());
     const auto half = Selection();
+    canvas().SetCloudShown(true);
+    QVERIFY(WaitSharp(*window_));
     const QImage half_points = canvas().frame()->image;
     QVERIFY(canvas().GoTo(subject_.second));
     QTest::mouseClick(window_->findChild<QToolButton*>("region_extend"), Qt::LeftButton);
@@ -184,6 +186,7 @@ class WorkflowTest : public ViewerTest {
     QVERIFY(IouOf(whole->masks.at(subject_.first), Truth(subject_.first)) >
             IouOf(half->masks.at(subject_.first), Truth(subject_.first)) + 0.1);
     QVERIFY(canvas().GoTo(subject_.first));
+    canvas().SetCloudShown(true);
     QVERIFY(WaitSharp(*window_));
     QVERIFY(canvas().frame()->image != half_points);
     // Taken back, the canvas shows the points of the first round again.

@@ -158,7 +158,7 @@ void ViewsPanel::Build() {
   order_->addItems({tr("By name"), tr("Largest mask first"), tr("To paint next (computes)"),
                     tr("Worst first (measures)")});
   order_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
-  order_->setMinimumContentsLength(10);
+  order_->setMinimumContentsLength(9);
   order_->setToolTip(tr(
       "Order of the views. Worst first renders every view to measure the current region; to paint "
       "next, first the views whose paint would settle most of what is uncertain: there Enter goes "

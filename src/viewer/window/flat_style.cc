@@ -93,7 +93,7 @@ void DrawCheckBox(const QStyleOption& option, QPainter& painter) {
   const bool set = Has(option, QStyle::State_On) || Has(option, QStyle::State_NoChange);
   const QColor line =
       WithAlpha(colors.color(QPalette::Text), Has(option, QStyle::State_Enabled) ? 170 : 80);
-  const QRectF box = QRectF(option.rect).adjusted(0, 0, -1, -1);
+  const QRectF box(option.rect);
   Fill(painter, box, set ? colors.color(QPalette::Highlight) : colors.color(QPalette::Base),
        set ? QColor(colors.color(QPalette::Highlight)) : line, 3);
   if (!set) return;

@@ -127,7 +127,7 @@ class PanelWheel : public QObject {
 };
 
 // Of a panel, pixels; the contents of panels need no more, so that their column stays as wide.
-constexpr int kNarrowest = 320;
+constexpr int kNarrowest = 300;
 
 // As wide as its panel and the bar beside it need, so that a panel scrolls downwards alone.
 class PanelArea : public QScrollArea {
