@@ -22,9 +22,9 @@
 namespace retint {
 namespace {
 
-constexpr std::string_view kPngSignature("\x89PNG\r\n\x1a\n", 8);
+constexpr std::string_view kPngStart("\x89PNG\r\n\x1a\n", 8);
 
-bool IsPng(std::string_view bytes) { return bytes.starts_with(kPngSignature); }
+bool IsPng(std::string_view bytes) { return bytes.starts_with(kPngStart); }
 
 uint32_t BigEndian(std::string_view bytes, size_t at) {
   uint32_t value = 0;
@@ -36,7 +36,7 @@ uint32_t BigEndian(std::string_view bytes, size_t at) {
 // included.
 template <typename Visit>
 void VisitChunks(std::string_view png, const Visit& visit) {
-  for (size_t at = kPngSignature.size(); at + 12 <= png.size();) {
+  for (size_t at = kPngStart.size(); at + 12 <= png.size();) {
     const size_t size = size_t{12} + BigEndian(png, at);
     if (size > png.size() - at) return;
     visit(png.substr(at + 4, 4), png.substr(at, size));
@@ -58,7 +58,7 @@ std::string WithChunksOf(std::string_view like, std::string_view encoded, bool p
   VisitChunks(like, [&](std::string_view name, std::string_view chunk) {
     if (is_in(kOther, name) || (profile && is_in(kColor, name))) kept += chunk;
   });
-  std::string out(kPngSignature);
+  std::string out(kPngStart);
   bool inserted = false;
   VisitChunks(encoded, [&](std::string_view name, std::string_view chunk) {
     if (is_in(kOther, name) || is_in(kColor, name)) return;

@@ -10,13 +10,10 @@
 #include "editing/compare_pictures.h"
 #include "recolor/paint_carrier.h"
 #include "scene/camera_projection.h"
+#include "scene/image_checks.h"
 
 namespace retint {
 namespace {
-
-bool AnySet(const Mask& mask) {
-  return std::any_of(mask.data.begin(), mask.data.end(), [](uint8_t value) { return value != 0; });
-}
 
 const Mask* MaskOf(const Region& region, const View& view) {
   const auto found = region.selection->masks.find(view.name);

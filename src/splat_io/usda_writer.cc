@@ -19,7 +19,7 @@ struct ArrayText {
   UsdArray array;
   const char* declaration;
 };
-constexpr ArrayText kArrays[] = {
+constexpr ArrayText kWrittenArrays[] = {
     {UsdArray::kQuats, "quatf[] orientations"},
     {UsdArray::kOpacities, "float[] opacities"},
     {UsdArray::kMeans, "point3f[] positions"},
@@ -71,27 +71,27 @@ void WriteUsda(const GaussianModel& model, Monitor& monitor,
   AppendUsdaElement(corners[1], text);
   text += "]\n";
   const size_t count = model.NumGaussians();
-  for (size_t a = 0; a < std::size(kArrays); ++a) {
-    text += "    " + std::string(kArrays[a].declaration) + " = [";
-    const size_t width = kArrays[a].array == UsdArray::kQuats       ? 4
-                         : kArrays[a].array == UsdArray::kOpacities ? 1
-                                                                    : 3;
+  for (size_t a = 0; a < std::size(kWrittenArrays); ++a) {
+    text += "    " + std::string(kWrittenArrays[a].declaration) + " = [";
+    const size_t width = kWrittenArrays[a].array == UsdArray::kQuats       ? 4
+                         : kWrittenArrays[a].array == UsdArray::kOpacities ? 1
+                                                                           : 3;
     for (size_t g = 0; g < count; ++g) {
       if (g % kBlockRows == 0) {
         monitor.Step("save", static_cast<double>(a * count + g),
-                     static_cast<double>(std::size(kArrays) * count));
+                     static_cast<double>(std::size(kWrittenArrays) * count));
         write(text);
         text.clear();
       }
       const SplatRow row = FlipAxes(GetRow(model, g), kRightUpBack);
-      const std::vector<float> values = UsdValues(kArrays[a].array, row, model.sh_degree);
+      const std::vector<float> values = UsdValues(kWrittenArrays[a].array, row, model.sh_degree);
       for (size_t i = 0; i < values.size(); i += width) {
         if (g + i > 0) text += ", ";
         AppendUsdaElement(std::span(values).subspan(i, width), text);
       }
     }
     text += ']';
-    if (kArrays[a].array == UsdArray::kColors) {
+    if (kWrittenArrays[a].array == UsdArray::kColors) {
       text += " (\n        elementSize = " + std::to_string(model.NumShCoeffs()) +
               "\n        interpolation = \"vertex\"\n    )";
     }

@@ -171,7 +171,7 @@ class SelectionCanvasTest : public CanvasFixture {
     QTRY_VERIFY(accept.isVisible());
     QVERIFY((accept.geometry().topLeft() - At(30, 20)).manhattanLength() < 80);
     QVERIFY(!accept.geometry().contains(At(30, 20)));  // the next stroke may begin there
-    QCOMPARE(accept.focusPolicy(), Qt::NoFocus);  // the keyboard stays the canvas's
+    QCOMPARE(accept.focusPolicy(), Qt::NoFocus);       // the keyboard stays the canvas's
     QTest::mouseClick(&accept, Qt::LeftButton);
     QCOMPARE(clicked.count(), 1);
     Drag({At(70, 50), At(kWidth - 1, kHeight - 1)});  // in the corner
