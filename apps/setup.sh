@@ -30,7 +30,8 @@ programs=(
 )
 docs=(python3 mkdocs doxygen)
 tests=(
-  libgtest-dev libgmock-dev libbenchmark-dev clang-format-14 colmap python3-pytest fonts-dejavu-core xvfb xauth
+  libgtest-dev libgmock-dev libbenchmark-dev clang-format-14 colmap python3-pytest python3-scipy python3-pil
+  fonts-dejavu-core xvfb xauth
 )
 # Debian's libopencv-dev and libpcl-dev bring almost 600 packages, among them Java and Qt 5. The demo needs only
 # these libraries and the headers of these packages; apps/unpacked.cmake finds both.
