@@ -2,11 +2,11 @@
 // The numeric kernels' front door. A backend owns memory (kernels/device.h) and hands out groups of
 // operations on it, a header each. The CPU backend is the oracle for every other one.
 //
-// Every operation checks its arguments first, in the same way for every backend: those that cannot
-// be (channels beyond kMaxChannels, a box outside its image, a region where a whole view is needed)
-// are std::invalid_argument. Images are [H, W, C] floats, row-major. Results do not depend on the
-// number of threads. An operation returns when its result may be read through Download, or earlier
-// on an asynchronous backend, in stream order. Thread-safe.
+// Every operation checks its arguments first, in the same way for every backend. Impossible
+// arguments (channels beyond kMaxChannels, a box outside its image, a region if a whole view is
+// needed) throw std::invalid_argument. Images are [H, W, C] floats, row-major. Results do not
+// depend on the number of threads. An operation returns when its result may be read through
+// Download, or earlier on an asynchronous backend, in stream order. Thread-safe.
 #pragma once
 
 #include <memory>

@@ -4,9 +4,9 @@
 // Blend applies W_v, BlendTranspose applies W_v^T; everything else hangs on these two.
 //
 // Rows. A ViewGeometry lists the Gaussians that reach the image. Per-Gaussian arrays are indexed by
-// *row*: entry r speaks of Gaussian rows()[r]. For a whole view, a row is a visible Gaussian. For a
-// region (Restrict) a row is a visible *active* Gaussian; the others still attenuate, but carry no
-// feature, so Blend gives W_A c_A and BlendTranspose gives W_A^T r, on the region's tiles only.
+// *row*: entry r belongs to Gaussian rows()[r]. For a whole view, a row is a visible Gaussian. For
+// a region (Restrict) it is a visible *active* Gaussian; the others only attenuate, without a
+// feature. So Blend gives W_A c_A and BlendTranspose gives W_A^T r, on the region's tiles only.
 #pragma once
 
 #include <bit>
@@ -101,8 +101,8 @@ struct BlendTransposeParams {
   uint16_t pixel_rows = kAllPixelRows;  // `residual` is zero in the others
 };
 
-// Expected depth W z / W 1 (0 where W 1 is 0) and median depth: z of the Gaussian at which T
-// crosses `threshold` (0 where it never does). z along the viewing axis. Whole views only.
+// Expected depth W z / W 1 (0 if W 1 is 0) and median depth. The median is z, along the viewing
+// axis, of the Gaussian at which T crosses `threshold` (0 if it never does). Whole views only.
 struct DepthParams {
   float* median = nullptr;    // [H, W] or null
   float* expected = nullptr;  // [H, W] or null
@@ -110,16 +110,16 @@ struct DepthParams {
   float threshold;            // 0.5
   uint16_t pixel_rows = kAllPixelRows;
   float min_alpha = 0;  // `expected` is 0 in pixels less opaque
-  // [N] backend memory: Gaussians that are not 0 here are taken not to be there. Null: all are.
+  // [N] backend memory: Gaussians with a value other than 0 are skipped. Null: none is.
   const uint8_t* left_out = nullptr;
-  // Where given, the view's model: `median` is then the z of that Gaussian's middle along the
-  // pixel's ray, which lies on the surface where it is seen at a slant (DepthAlongRay). `expected`
-  // must be null.
+  // The view's model, or null. With a model, `median` is z of that Gaussian's middle along the
+  // pixel's ray. It then lies on the surface also if the surface is seen at a slant
+  // (DepthAlongRay). `expected` must be null.
   const Model* along_rays = nullptr;
 };
 
-// What Restrict() may blend as well: where a backend looks for weights, it meets all that a pixel
-// shows.
+// A blend that Restrict() may do in the same pass: a backend that searches for weights visits every
+// Gaussian that a pixel shows.
 struct RegionBlend {
   const float* colors;  // [rows of the whole view, 3]
   float* image;         // [H, W, 3], written in the region's tiles and rows; undefined in others
@@ -134,21 +134,21 @@ class BlendOps {
   // common/types.h, exact tile lists.
   std::shared_ptr<const ViewGeometry> PrepareView(const Model& model, const CameraParams& camera);
   // The part of a whole view that active Gaussians touch; `active` is [N] bytes of backend memory.
-  // Where `budget_bytes` allows, the region keeps the weights W_A explicitly, which makes Blend and
-  // BlendTranspose on it several times cheaper, and equal to the whole view's to some 1e-4 of the
-  // features. A region cannot be restricted again.
+  // If `budget_bytes` allows, the region stores the weights W_A explicitly. Blend and
+  // BlendTranspose on it are then several times cheaper, and equal to the whole view's to about
+  // 1e-4 of the features. A region cannot be restricted again.
   //
-  // With a `min_weight` above 0 the region is compact: explicit weights are approximate, in a third
-  // of the memory. Those below `min_weight` may be left out, where the pixel's others grow so that
-  // their sum stays what it was, and the rest are held in 8 bits of each Gaussian's largest in a
-  // tile. Tiles left without a weight are no part of the region. Where the budget asks for it,
-  // pixel rows are left out as well (see ViewGeometry::pixel_rows), then weights up to 4
-  // min_weight.
+  // With a `min_weight` above 0 the region is compact: explicit weights are approximate, in a
+  // third of the memory. Weights below `min_weight` may be left out; the pixel's other weights
+  // then grow to keep their sum. Weights are stored in 8 bits, relative to the Gaussian's largest
+  // one in the tile. Tiles left without a weight are not part of the region. If the budget
+  // requires it, pixel rows are left out as well (see ViewGeometry::pixel_rows), then weights up
+  // to 4 min_weight.
   std::shared_ptr<const ViewGeometry> Restrict(const ViewGeometry& view, const uint8_t* active,
                                                size_t budget_bytes, float min_weight = 0,
                                                const RegionBlend* blend = nullptr);
-  // The tiles of a whole view that active Gaussians touch, as Restrict finds them: the others are
-  // rendered alike whatever color these have.
+  // The tiles of a whole view that active Gaussians touch, as Restrict finds them. The other tiles
+  // look the same whatever color these Gaussians have.
   std::vector<int32_t> TouchedTiles(const ViewGeometry& view, const uint8_t* active);
   void Blend(const ViewGeometry& view, const BlendParams& params);
   void BlendShares(const ViewGeometry& view, const BlendSharesParams& params);  // of a whole view
@@ -158,8 +158,8 @@ class BlendOps {
   // [H, W], sums [N, 2].
   void AccumulateShares(const ViewGeometry& view, const uint8_t* mask, double* sums);
   // Between the Gaussians' order, [N, C], and a geometry's rows, [rows, C]: values[r] =
-  // of[rows()[r]] and sums[rows()[r]] += values[r]. With `and_square` sums are [N, C + 1], and what
-  // is one more gets the square of the last of values[r].
+  // of[rows()[r]] and sums[rows()[r]] += values[r]. With `and_square` sums are [N, C + 1]; the
+  // extra channel sums the square of the last channel of values[r].
   void GatherRows(const ViewGeometry& view, const float* of, int32_t channels, float* values);
   void AddRows(const ViewGeometry& view, const float* values, int32_t channels, float* sums,
                bool and_square = false);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The memory of a backend: the host's for "cpu", the device's for "cuda". Also what a library needs
-// to know of a device whose memory it moves by itself.
+// The memory of a backend: the host's for "cpu", the device's for "cuda". Also the properties of a
+// device that a library needs if it moves data there by itself.
 #pragma once
 
 #include <cstddef>
@@ -41,8 +41,8 @@ class Buffer {
   size_t count_ = 0;
 };
 
-// Bytes on their way to the host, while the backend goes on with what is queued behind them. Their
-// backend outlives it.
+// Bytes on their way to the host, while the backend continues with the work queued behind them. The
+// backend must outlive it.
 class Arrival {
  public:
   virtual ~Arrival() = default;
@@ -55,8 +55,8 @@ class Device {
  public:
   virtual ~Device() = default;
 
-  // Zero-initialised. std::bad_alloc where there is no room; what() of a device's says how much was
-  // asked for and how much is free.
+  // Zero-initialised. Throws std::bad_alloc if there is not enough memory; for a device, its
+  // message has the requested and the free bytes.
   virtual std::shared_ptr<DeviceMemory> AllocateBytes(size_t bytes) = 0;
   virtual void CopyToDevice(void* device, const void* host, size_t bytes) = 0;
   virtual void CopyToHost(void* host, const void* device, size_t bytes) = 0;
@@ -68,11 +68,11 @@ class Device {
   virtual void Fill(void* device, int byte, size_t bytes) = 0;
   virtual void Synchronize() = 0;
   virtual size_t PeakDeviceBytes() const = 0;  // 0 on the CPU
-  // What this process can have of the device's memory: what is free, and what it holds already, in
-  // use or kept. 0 on the CPU.
+  // Device memory that this process can use: the free memory, and the memory that it already holds,
+  // in use or in its pool. 0 on the CPU.
   virtual size_t AvailableDeviceBytes() const = 0;
-  // Gives memory that was freed, and is kept for what comes next, back to the driver; waits for
-  // what is queued. Before memory of quite other sizes is taken: pieces do not fit into old holes.
+  // Returns the pool's free memory to the driver, after waiting for queued work. Call it before you
+  // allocate blocks of very different sizes, because they do not fit into the old holes.
   virtual void ReleaseFreed() {}
   // Whether its memory is the host's, which may then be read and written in place.
   virtual bool IsHost() const = 0;

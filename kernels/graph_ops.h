@@ -20,10 +20,10 @@ struct WeighEdgesParams {
   float scale, least;
 };
 
-// The x that minimizes  sum_edges w_ij (x_i - x_j)^2 + sum_i (trust_i x_i^2 - 2 pull_i x_i), from x
-// on: conjugate gradients preconditioned by the diagonal, in the form with one round of sums an
-// iteration (Chronopoulos and Gear 1989), in double precision. Ends at a residual of `tolerance` of
-// the right-hand side `pull`, or after `max_iterations`.
+// Finds the x that minimizes  sum_edges w_ij (x_i - x_j)^2 + sum_i (trust_i x_i^2 - 2 pull_i x_i),
+// starting from x. Conjugate gradients, preconditioned by the diagonal, with one round of sums an
+// iteration (Chronopoulos and Gear 1989), in double precision. It ends when the residual is
+// `tolerance` times the right-hand side `pull`, or after `max_iterations`.
 struct SolveGraphParams {
   const int32_t* begin;  // [nodes + 1] where a node's edges begin; begin[0] = 0
   const int32_t* other;  // [edges] the node at the other end; an edge is there from both its ends

@@ -31,11 +31,11 @@ struct CorrectDepthParams {
   uint16_t pixel_rows = kAllPixelRows;
 };
 
-// Coverage in [0, 1]: the largest of the points that cover a pixel and are not hidden, that is
-// further than depth * (1 + depth_tolerance). Each point is a disc in the world across its normal
-// (facing the viewer where it has none) of radius `disc_scale` footprints, full within the radius
-// less half a footprint and 0 half a footprint outside, its plane's depth tested at every pixel;
-// or, where square_pixels > 0, a square of that side about its projection, as deep as the point.
+// Coverage in [0, 1]: the largest of the points that cover a pixel and are not hidden. A point is
+// hidden if it is further than depth * (1 + depth_tolerance). It is a disc across its normal (or
+// facing the viewer), of radius `disc_scale` footprints: 1 up to half a footprint inside the rim, 0
+// from half a footprint outside. The depth of the disc's plane is tested at every pixel. With
+// square_pixels > 0 it is a square of that side about its projection, as deep as the point.
 struct DrawCloudParams {
   CameraParams camera;
   const CloudPoint* points;  // [count]
@@ -57,18 +57,18 @@ struct MakeMaskParams {
   uint8_t* mask;         // [H, W]
 };
 
-// In place: what is below 128 becomes 0 where nothing of 128 and more lies within `reach` rows and
-// columns. A border may be as soft as that; faint pixels far from the mask are none of it.
+// In place: pixels below 128 become 0 unless a pixel of 128 or more lies within `reach` rows and
+// columns. A border may be that soft; faint pixels farther away are not part of the mask.
 struct DropFaintParams {
   uint8_t* mask;  // [H, W]
   int32_t width, height;
   int32_t reach;  // pixels
 };
 
-// depth = kNoEvidence on the outside of a painted shape's silhouette: where an unpainted pixel has
-// a painted one beside it (of eight) that lies nearer by more than `jump` of its depth. Such a
-// pixel still sees the fringe of the shape's Gaussians, those behind its limb among them, of which
-// the view sees nothing else. Pixels of 128 and more are painted.
+// Sets depth = kNoEvidence just outside the silhouette of a painted shape. There, one of the eight
+// neighbors of an unpainted pixel is painted, and nearer by more than `jump` of the pixel's depth.
+// Such a pixel still shows the fringe of the shape's Gaussians. Of those behind its silhouette the
+// view shows nothing else. Pixels of 128 and more are painted.
 struct MarkSilhouetteParams {
   const uint8_t* mask;  // [H, W]
   int32_t width, height;
@@ -76,11 +76,11 @@ struct MarkSilhouetteParams {
   float* depth;  // [H, W]
 };
 
-// What is known of each pixel: mask value M and weight K. The pixel's surface is looked up in the
-// painted views: where one sees it (their depths differ by at most `tolerance`), M is the paint
-// there, the mean where several do, and K = 1; else M = 0, K = unknown_weight. `coverage` raises
-// both to its value. Where the depth is kNoEvidence, M = K = 0. residual = scale * (K M, K), and
-// `visible` as a third channel where that is above 0; zero outside `pixel_rows`.
+// The evidence of each pixel: mask value M and weight K. A painted view sees the pixel's surface if
+// their depths differ by at most `tolerance`. M is then that view's mask, the mean of several, and
+// K = 1; else M = 0 and K = unknown_weight. `coverage` raises both to its value. If the depth is
+// kNoEvidence, M = K = 0. residual = scale * (K M, K); a `visible` above 0 is a third channel. Zero
+// outside `pixel_rows`.
 struct EvidenceParams {
   CameraParams camera;  // its pose is not read
   const float* depth;   // [H, W]; null: none

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The refit's steps on the pixels of a region or of a box, so that a sweep never leaves backend
-// memory. A region's pixels are those of its tiles, in the order of tiles(): of each tile the rows
-// of pixel_rows(), kTileSize pixels each, row-major; positions past the image's edge hold 0.
+// The refit's steps on the pixels of a region or of a box, all in backend memory. A region's pixels
+// are those of its tiles, in the order of tiles(). Each tile has the rows of pixel_rows(), of
+// kTileSize pixels each, row-major. Positions outside the image hold 0.
 #pragma once
 
 #include <cstddef>
@@ -21,19 +21,19 @@ inline size_t NumRegionPixels(const ViewGeometry& region) {
 // saturating (common/quantize.h).
 struct RegionTargetParams {
   const float* render;  // [H, W, 3]
-  const float* source;  // [H, W, 3] what is edited; null: `render`
+  const float* source;  // [H, W, 3] the image to edit; null: `render`
   const uint8_t* mask;  // [H, W]
   ColorMap map;
   float unit;       // above 0
   int16_t* target;  // [pixels, 3]
-  // Where not null, also the pixels' weights m inside_weight + (1 - m) outside_weight, m = mask /
-  // 255, in steps of 1 / 255: [pixels].
+  // If not null, also writes the pixels' weights m inside_weight + (1 - m) outside_weight, with m =
+  // mask / 255, in steps of 1 / 255: [pixels].
   uint8_t* weights = nullptr;
   float inside_weight = 1, outside_weight = 1;
 };
 
-// r = target * unit - image on the region's pixels: residual = weight * r, loss[0] += weight * r^2;
-// where `stay` counts, half the slope of its cost, and the cost.
+// r = target * unit - image on the region's pixels: residual = weight * r, loss[0] += weight * r^2.
+// In pixels with a StayLoss, half the slope of its cost, and its cost, instead.
 struct RegionResidualParams {
   const int16_t* target;  // [pixels, 3]
   float unit;
@@ -42,8 +42,8 @@ struct RegionResidualParams {
   double* loss;            // [1] backend memory, accumulated
   const uint8_t* weights;  // [pixels] in steps of 1 / 255, or null: all 1
   StayLoss stay{};
-  // [H, W], or null: what multiplies r in the residual, the mean of the channels; 0 outside the
-  // region's pixels. A parabola of this curvature at the pixel's cost lies nowhere below it.
+  // [H, W], or null: the factor of r in the residual, as the mean of the channels; 0 outside the
+  // region's pixels. A parabola of this curvature that touches a pixel's cost is nowhere below it.
   float* curvature = nullptr;
 };
 
@@ -59,11 +59,11 @@ struct RegionSweepParams {
   StayLoss stay{};
 };
 
-// L = (1 - lambda) * mean|y - y*| + lambda * (1 - mean SSIM(y, y*)), SSIM with an 11x11 Gaussian
-// window of sigma 1.5, zero padding, C1 = 0.01^2, C2 = 0.03^2, per channel (Wang et al. 2004;
-// 3DGS's training loss). Means over all W*H*3 values. With `roi` (x0, y0, x1, y1, pixels,
-// half-open) the gradient is written inside it only and the value sums only its pixels, still
-// divided by W*H*3: exact wherever y and y* agree outside.
+// L = (1 - lambda) * mean|y - y*| + lambda * (1 - mean SSIM(y, y*)), per channel (Wang et al. 2004;
+// 3DGS's training loss). SSIM has an 11x11 Gaussian window of sigma 1.5, zero padding, C1 = 0.01^2,
+// C2 = 0.03^2. Means are over all W*H*3 values. `roi` (x0, y0, x1, y1, pixels, half-open) limits
+// the pixels that get a gradient, and the pixels of the value's sum, which is still divided by
+// W*H*3. This is exact if y and y* agree outside the box.
 struct ImageLossParams {
   const float* image;   // y [H, W, 3]
   const float* target;  // y* [H, W, 3]
@@ -113,7 +113,7 @@ class RefitOps {
   void RegionWeightImage(const ViewGeometry& region, const uint8_t* weights, float* image);
   // seen[rows()[r]] = 1 for every row r, [N]: which Gaussians some view sees.
   void MarkRows(const ViewGeometry& view, uint8_t* seen);
-  // numbers[r] = number_of[rows()[r]], from [N] to [rows]: what those Gaussians are numbered.
+  // numbers[r] = number_of[rows()[r]], from [N] to [rows]: the numbers of the rows' Gaussians.
   void NumberRows(const ViewGeometry& view, const int32_t* number_of, int32_t* numbers);
   ImageLossValue ImageLoss(const ImageLossParams& params);
   void PackBox(const PackBoxParams& params);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Operations on the spherical harmonics of Gaussians in the direction from which a view sees them.
-// `rows` maps an entry to its Gaussian (null: identity), `slots` to the block of coefficients that
-// is read or added to, so that compact arrays of active Gaussians work too (null: the Gaussian's
-// index). Entries with slot < 0 have no block.
+// `rows` maps an entry to its Gaussian (null: identity). `slots` maps it to the block of
+// coefficients that is read or added to, for compact arrays of active Gaussians (null: the
+// Gaussian's index). Entries with slot < 0 have no block.
 #pragma once
 
 #include <cstdint>
@@ -49,10 +49,10 @@ struct AccumulateBlocksParams {
   float* blocks;  // [slots, K (K + 1) / 2]
 };
 
-// A color edit of Gaussians each by itself, [count]. An affine map's is exact (common/sh_edit.h).
-// Any other is applied to what shows of the colors 0.5 + B C in `directions` directions, and the
-// coefficients take the least-squares fit F of what these colors must change by: C += F change.
-// Where that is 0, no bit changes.
+// A color edit of separate Gaussians, [count]. An affine map is exact (common/sh_edit.h). Any other
+// map is applied to the visible colors max(0, 0.5 + B C) in `directions` directions. The
+// coefficients then change by a least-squares fit F of the required color changes: C += F change.
+// If the change is 0, no bit changes.
 struct EditShParams {
   float* sh;            // [count, k, 3], C of each
   const float* shares;  // [count] how much of the edit it takes

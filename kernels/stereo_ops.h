@@ -2,10 +2,10 @@
 // Stereo on rendered pairs (Stereo-HV, src/depth) in backend memory. Each operation is one
 // stage; nothing travels to the host but a few quantiles.
 //
-// The reference view's pixels are the grid [H, W]. Every other image lies on that grid's plane
-// with its first pixel at (x, y), which may be negative. A pixel p of the reference with disparity
-// s > 0 is seen at p + s (dx, dy) in a shifted view, one of dx, dy being +-1, the other 0; that is
-// s = f beta / z, whichever way the view was shifted. Unknown disparities are negative.
+// The reference view's pixels are the grid [H, W]. Every other image lies on that grid's plane with
+// its first pixel at (x, y), which may be negative. A reference pixel p with disparity s > 0 is at
+// p + s (dx, dy) in a shifted view, where one of dx, dy is +-1 and the other 0. So s = f beta / z,
+// whichever way the view was shifted. Unknown disparities are negative.
 #pragma once
 
 #include <cstdint>
@@ -20,13 +20,13 @@ inline constexpr int kMaxQuantiles = 8;
 inline constexpr int kStereoCountStep = 32;  // disparities searched: a multiple of this ...
 inline constexpr int kMaxStereoCount = 256;  // ... and at most this
 
-// Semi-global matching (Hirschmueller 2008) of the reference with one shifted view: the cost of a
-// disparity is how many bits of the census transforms over 9 x 7 pixels (9 along the
-// baseline) differ, a further one saying that all pixels are alike, summed up along four paths:
-// left, right, above and below. Where all pixels are alike every disparity costs the same.
+// Semi-global matching (Hirschmueller 2008) of the reference with one shifted view. The cost of a
+// disparity is the number of differing bits of the census transforms over 9 x 7 pixels (9 along the
+// baseline); one more bit marks flat windows. Costs are summed up along four paths: left, right,
+// above and below. In flat windows every disparity costs the same.
 struct StereoMatchParams {
   StereoView reference, shifted;  // gray is read; both images hold the whole grid, and the
-                                  // reference what `shifted` shows
+                                  // reference also everything that `shifted` shows
   int32_t width, height;          // W, H
   int32_t lowest, count;          // disparities searched: lowest ... lowest + count - 1
   float tolerance;                // pixels, between matching this way and the other
@@ -48,9 +48,9 @@ struct StereoFuseParams {
   float* disparity;  // [H, W]
 };
 
-// Settles where `disparity` and the Gaussians' own, `rough`, disagree: whichever the colors of the
-// shifted views favor; near depth edges, where flat color favors neither, the rough one where it
-// continues a confirmed surface. Where they agree, their mean.
+// Decides between `disparity` and the Gaussians' own, `rough`, if they disagree. The colors of the
+// shifted views decide first. Near depth edges, if flat color favors neither, `rough` is taken if
+// it continues a confirmed surface. If the two agree, the result is their mean.
 struct StereoArbitrateParams {
   StereoView reference;  // rgb is read
   StereoView shifted[kMaxStereoViews];

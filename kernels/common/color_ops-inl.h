@@ -14,10 +14,10 @@ RETINT_HD Real SoftRange(float low, float high, float edge, Real x) {
   return SmoothStep(low - edge, low, x) * (1 - SmoothStep(high, high + edge, x));
 }
 
-// Hue turned, chroma and lightness multiplied, in OKLCh, for the colors of a range.
-// values: cosine and sine of the hue's turn; factors of chroma and lightness; hues: begin in
-// [0, 2 pi], extent (2 pi: all hues), soft edge, radians; chroma: low, high; lightness: low, high;
-// soft edge of both.
+// Turns hue and multiplies chroma and lightness, in OKLCh, for the colors of a range. values: 0, 1
+// cosine and sine of the hue's turn. 2, 3 factors of chroma and lightness. 4-6 hues: begin in [0, 2
+// pi], extent (2 pi: all hues), soft edge, radians. 7, 8 chroma: low, high. 9, 10 lightness: low,
+// high. 11 soft edge of both.
 RETINT_HD void AdjustColor(const float* values, Real* color) {
   const OkLab lab = OkLabFromSrgb(color);
   const Real chroma = sqrtf(lab.a * lab.a + lab.b * lab.b);
@@ -44,22 +44,22 @@ RETINT_HD void AdjustColor(const float* values, Real* color) {
   for (int c = 0; c < 3; ++c) color[c] += share * (full[c] - color[c]);
 }
 
-// Gives a surface of one main color another: the dichromatic model of reflection (Shafer 1985) in
-// the scene's light. A pixel is gloss, which is white, and body: shade times the main color, where
-// texture and tinted light make the channels differ from it. Gloss stays, shade (the body's
-// luminance over the main color's) multiplies the target, and the channels differ by a power of
-// what they did.
-// Gloss is told by the channels that the main color absorbs; a small share of it may as well be a
-// paler texture, and counts less. What is brighter than any body of the region counts as gloss.
-// Where the body is lighter than the target, its lightness is compressed into the room between the
-// target and white. If a channel is then more than a screen shows, the body is darkened to it, and
-// the light that is missing is added as white. Gloss fills the room that a channel leaves below
-// white. So every color is one that a screen shows.
-// values: main color over its luminance; target; (1 - p) / |1 - p|^2, p the projection of white
-// onto the main color; how far gloss can be told, 0 to 1; luminances of main color and target;
-// exponent of the differences; shade above which the excess is gloss; share of the lightness that
-// is kept; the target's lightness (the cube root of its displayed luminance), and how much more
-// takes a body half of the way to white.
+// Gives a surface of one main color another one, by the dichromatic model of reflection (Shafer
+// 1985) in the scene's light. A pixel is gloss, which is white, plus body. The body is shade (its
+// luminance over the main color's) times the main color, but texture and tinted light change its
+// channels. Gloss stays, shade multiplies the target, and each channel's ratio to the main color is
+// raised to a power. Gloss is measured in the channels that the main color absorbs. A small share
+// of gloss may also be a paler texture, so it counts less. Light above the brightest body of the
+// region counts as gloss. If the body is lighter than the target, its lightness is compressed into
+// the range between target and white. If a channel then exceeds 1, the body is darkened to fit, and
+// the missing light is added as white. Gloss fills the rest of a channel up to white, so no result
+// exceeds 1.
+// values: 0-2 main color over its luminance. 3-5 target. 6-8 (1 - p) / |1 - p|^2, p the projection
+// of white onto the main color. 9 certainty with which gloss can be measured, 0 to 1. 10, 11
+// luminances of main color and target. 12 exponent of the channels' ratios. 13 shade above which
+// the excess is gloss. 14 share of the lightness that is kept. 15 the target's lightness (the cube
+// root of its displayed luminance). 16 excess of lightness that puts a body half of the way to
+// white.
 RETINT_HD void RecolorColor(const float* values, Real* color) {
   constexpr float kSureGloss = 0.2f;  // share of a pixel's luminance from which it is gloss alone
   constexpr float kLeast = 1e-6f, kLeastRatio = 1e-3f;
@@ -125,9 +125,9 @@ RETINT_HD void GradientColor(const float* table, int size, Real* color) {
   GradientAt(table, size, Clamp01(OkLabFromSrgb(color).lightness), color);
 }
 
-// Where a color lies among main colors, at most about 1 long each way: its lightness, and a and b
-// over it, which are the same for a surface in more or less light (OKLab is the cube root of
-// light). Near black, where they would be noise, they shrink to 0.
+// Coordinates of a color among main colors, each at most about 1: its lightness, and a and b over
+// it. The latter are equal for a surface in more or less light (OKLab is the cube root of light).
+// They shrink to 0 near black, because they would be noise there.
 RETINT_HD void PaletteCoordinates(const OkLab& lab, float lightness_weight, Real* place) {
   constexpr float kColor = 0.7f;  // a lightness at which distances are those of OKLab
   constexpr float kDark = 0.25f;
@@ -137,11 +137,11 @@ RETINT_HD void PaletteCoordinates(const OkLab& lab, float lightness_weight, Real
   place[2] = scale * lab.b;
 }
 
-// Moves `size` main colors, and every other color by a mean of their moves: each counts by the
-// inverse third power of its distance, see PaletteCoordinates (Shepard 1968; a higher power turns
-// more suddenly between two colors). One move takes lightness L to L' = s L + o and a, b to
-// s (a, b) + L' (u, v): in more or less light a color then keeps hue and saturation. What leaves
-// the gamut loses chroma. table: [size, 7] of L, a, b, s, o, u, v.
+// Moves `size` main colors, and every other color by a weighted mean of their moves. A weight is
+// the inverse third power of the distance in PaletteCoordinates (Shepard 1968); a higher power
+// changes more suddenly between two colors. One move takes lightness L to L' = s L + o, and a, b to
+// s (a, b) + L' (u, v). So a color keeps hue and saturation in more or less light. Results outside
+// the gamut lose chroma. table: [size, 7] of L, a, b, s, o, u, v.
 RETINT_HD void MovePalette(const float* table, int size, float lightness_weight, Real* color) {
   constexpr float kNear = 1e-6f;  // squared distance, so that a main color itself has a weight
   const OkLab lab = OkLabFromSrgb(color);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The operations that a color edit is made of, on one pixel. Colors are display-referred sRGB
-// triples, as most splats store them; 0 to 1 is what a screen shows, and values outside pass
-// through wherever an operation has a meaning there.
+// The operations of a color edit, on one pixel. Colors are display-referred sRGB triples, as in
+// most splats. A screen shows 0 to 1. Values outside pass through wherever an operation has a
+// meaning there.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace retint {
 inline constexpr int kMaxColorOps = 16;
 inline constexpr int kMaxColorOpValues = 20;
 
-// What `values` holds of each:
+// The contents of `values` for each operation:
 enum class ColorOpCode : int32_t {
   kMatrix,        // [3, 4] row-major: y' = M y + t on the encoded values
   kLinearMatrix,  // [3, 3] row-major, in linear light
@@ -53,7 +53,7 @@ struct ColorProgram {
 struct ColorMap {
   float delta[9];  // row-major
   float offset[3];
-  // In the memory of the backend. Where not null, y + mask / 255 * (f(y) - y) instead, f the
+  // In the memory of the backend. If not null, the result is y + mask / 255 * (f(y) - y), f the
   // program.
   const ColorProgram* program = nullptr;
 };

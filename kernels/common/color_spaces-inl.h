@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The formulas of color_spaces.h for one color or for several side by side. It is included inside a
-// namespace that has `Real` and `Truth`, a number or some and what comparing them gives; Select(),
-// Any() and the functions of <cmath> on them; and arithmetic with floats.
+// The formulas of color_spaces.h for one color or several side by side. The including namespace
+// defines `Real` (one or several numbers) and `Truth` (the result of comparing them), with
+// Select(), Any(), the functions of <cmath>, and arithmetic with floats.
 
 RETINT_HD Real LinearFromSrgb(Real x) {
   const Real y = fabsf(x);
@@ -86,9 +86,9 @@ RETINT_HD Truth IsInGamut(const OkLab& lab, Real* rgb) {
 }
 
 // How far along the way from its gray to the color the gamut reaches, at most `most`: at 1 the
-// color lies on its border. Bisection, then where a line through the last two points takes the
-// first channel out: the result does not jump where rounding, which differs between devices, turns
-// one of the steps around.
+// color lies on its border. Bisection; then a line through the last two points gives the place at
+// which the first channel leaves the gamut. So the result does not jump if rounding, which differs
+// between devices, changes the decision of one step.
 RETINT_HD Real GamutReach(const OkLab& lab, float most) {
   Real inside[3], outside[3], middle[3];
   const Truth fits = IsInGamut({lab.lightness, most * lab.a, most * lab.b}, outside);
@@ -131,5 +131,5 @@ RETINT_HD void CompressChroma(float knee, OkLab* lab) {
   lab->b *= scale;
 }
 
-// What is not a number becomes 0, so that it can be looked up in a table.
+// NaN becomes 0, so that the result can index a table.
 RETINT_HD Real Clamp01(Real x) { return Select(x > 0, Select(x < 1, x, 1), 0); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is left of an edge between two pieces of surface (selection/completion.h).
+// The weight of an edge between two pieces of surface (selection/completion.h).
 #pragma once
 
 #include <cmath>
@@ -8,8 +8,8 @@
 
 namespace retint {
 
-// What is known of a node, each in [0, 1]: the probability that it is inside, by color, and what a
-// valley at it leaves of an edge.
+// Of a node, each in [0, 1]. `prior`: the probability, by color, that it is inside. `open`: the
+// factor of its edges' weights, which is small in a crease of the surface.
 struct NodeLook {
   float prior, open;
 };

@@ -10,27 +10,27 @@
 
 namespace retint {
 
-// What a pixel counts in the refit: `inside` or `outside` the mask, as the mask between, in steps
-// of 1 / 255.
+// The weight of a pixel in the refit, in steps of 1 / 255: a mean of `inside` and `outside` by the
+// mask.
 RETINT_HD uint8_t PixelWeight(uint8_t mask, float inside, float outside) {
   const double share = double(mask) / 255;
   return uint8_t(255 * (share * double(inside) + (1 - share) * double(outside)) + 0.5);
 }
 
-// What a change r costs in a pixel that is to stay as it is, one channel: r^2 + 2 slope (sqrt(r^2 +
-// bend^2) - bend). Beside its square this counts the size of a change, so that many changes by less
-// than a step of 8 bits do not go for nothing (Charbonnier et al. 1994). `slope` 0: the square
-// alone. Such a pixel is one whose target is 0 in all channels.
+// The cost of a change r in a pixel that must not change, one channel: r^2 + 2 slope (sqrt(r^2 +
+// bend^2) - bend). The second term grows with the size of a change, so that many changes smaller
+// than a step of 8 bits also cost something (Charbonnier et al. 1994). `slope` 0: only the square.
+// A pixel must not change if its target is 0 in all channels.
 struct StayLoss {
   float slope = 0, bend = 1.0f / 255;  // bend above 0
 };
 
-// A residual's cost, and what multiplies the residual in half its slope.
+// A residual's cost, and the factor of the residual in half the cost's slope.
 struct ResidualCost {
   float value, curvature;
 };
 
-// `slope`: of the pixel, see StayLoss; 0 where it is to change.
+// `slope`: of the pixel, see StayLoss; 0 if the pixel may change.
 RETINT_HD ResidualCost CostOf(float r, float slope, float bend) {
   const float root = std::sqrt(r * r + bend * bend);
   return {r * r + 2 * slope * (root - bend), 1 + slope / root};

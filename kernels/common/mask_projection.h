@@ -51,7 +51,7 @@ RETINT_HD float CorrectedDepth(float z, float a, float b) {
   return z > 0 && divisor > 0.1f ? z / divisor : 0;
 }
 
-// Compared, since on a host fmin and fmax are calls; 0 of what is no number.
+// Compares, because fmin and fmax are calls on a host. NaN becomes 0.
 RETINT_HD uint8_t ToByte(double value) {
   return value > 0 ? uint8_t((value < 1 ? value : 1) * 255 + 0.5) : uint8_t(0);
 }
@@ -84,7 +84,7 @@ struct CloudSplat {
   float coverage;
 };
 
-// Pixels whose centres lie within `reach` of (x, y), clipped to the image; false where none does.
+// Pixels whose centres lie within `reach` of (x, y), clipped to the image; false if there is none.
 RETINT_HD bool SetBox(const CameraParams& camera, const glm::vec2& at, float reach_x, float reach_y,
                       CloudSplat* splat) {
   const float w = float(camera.width), h = float(camera.height);
@@ -157,8 +157,8 @@ RETINT_HD bool IsBesideSilhouette(const uint8_t* mask, const float* depth, int w
   return false;
 }
 
-// The paint, 0 to 255, on the surface at `point`, in the frame that painted.camera is posed in; -1
-// where the painted view does not see it: its depth there is another by more than `tolerance`.
+// The mask, 0 to 255, on the surface at `point`, which is in the frame of painted.camera's pose. It
+// is -1 if the view does not see the point: its depth there differs by more than `tolerance`.
 RETINT_HD int PaintAt(const PaintedImage& painted, const glm::vec3& point, float tolerance) {
   const CameraParams& camera = painted.camera;
   const glm::vec3 moved = CamFromWorld(camera, point);
@@ -173,8 +173,8 @@ RETINT_HD int PaintAt(const PaintedImage& painted, const glm::vec3& point, float
   return painted.mask[pixel];
 }
 
-// K M and K of a pixel before its scale: what is found in the `count` painted views for a surface
-// of depth z; where none of them sees it, what the coverage says.
+// K M and K of a pixel before scaling, for a surface of depth z: from the `count` painted views, or
+// from `coverage` if none of them sees the surface.
 RETINT_HD glm::vec2 EvidenceAt(const PixelRays& rays, int x, int y, float z,
                                const PaintedImage* painted, int count, float tolerance,
                                float unknown_weight, uint8_t coverage) {

@@ -15,9 +15,9 @@
 
 namespace retint {
 
-// A projected Gaussian. At pixel offset (dx, dy) from its centre
-//   alpha = min(kMaxAlpha, 2^(a dx^2 + b dx dy + c dy^2 + log2_opacity)):
-// the conic (inverse 2D covariance) carries -log2(e) / 2, so that a pixel costs one exp2.
+// A projected Gaussian. At pixel offset (dx, dy) from its centre it has alpha = min(kMaxAlpha, 2^(a
+// dx^2 + b dx dy + c dy^2 + log2_opacity)). The conic (inverse 2D covariance) includes the factor
+// -log2(e) / 2, so a pixel costs one exp2.
 struct Splat {
   float x, y;          // centre, pixels
   float a, b, c;       // folded conic; a, c < 0
@@ -56,9 +56,9 @@ RETINT_HD glm::vec3 Times(const Covariance3& s, const glm::vec3& v) {
           s.xz * v.x + s.yz * v.y + s.zz * v.z};
 }
 
-// x/z or y/z, for a camera's Jacobian: clamped to what the picture shows and kFovMargin - 1 of half
-// of it beyond its sides, so that a part of a picture is what it is in the whole. With the
-// principal point in the middle, to kFovMargin * tan(fov / 2) on both sides, tan(fov / 2) = size /
+// x/z or y/z, for a camera's Jacobian. It is clamped to the image plus (kFovMargin - 1) / 2 of
+// its size beyond each side, so that a crop gives the same values as the whole image. With a
+// centered principal point this is kFovMargin * tan(fov / 2) on both sides, tan(fov / 2) = size /
 // (2 f).
 RETINT_HD float ClampedSlope(float slope, float focal, float principal, int32_t size) {
   const float reach = kFovMargin * float(size), shift = 2 * principal - float(size);
@@ -87,9 +87,9 @@ RETINT_HD glm::vec3 ProjectCovariance(const CameraParams& camera, const glm::vec
   return {glm::dot(pixel.x, sp), glm::dot(pixel.x, sq), glm::dot(pixel.y, sq)};
 }
 
-// An antialiased splat's factor of the opacity, sqrt(det S / det(S + 0.3 I)): the dilation keeps
-// the light of a Gaussian that is smaller than a pixel (Mip-Splatting, Yu et al. 2024).
-// `covariance` is S, `dilated_det` det(S + 0.3 I). gsplat has the same least value.
+// The factor of an antialiased splat's opacity, sqrt(det S / det(S + 0.3 I)), with `covariance` S
+// and `dilated_det` det(S + 0.3 I). With it, dilation does not add light to a Gaussian smaller than
+// a pixel (Mip-Splatting, Yu et al. 2024). The least value is gsplat's.
 RETINT_HD float OpacityScale(const glm::vec3& covariance, double dilated_det) {
   constexpr double kLeast = 0.005;
   const double det = double(covariance.x) * covariance.z - double(covariance.y) * covariance.y;
@@ -133,9 +133,9 @@ RETINT_HD bool ProjectGaussian(const CameraParams& camera, const glm::vec3& mean
 // that a loop that finds depths finds rows.
 inline constexpr uint32_t kFirstNormal = 0x00800000;
 
-// z of a Gaussian's middle along the ray through pixel position (x, y): the mean of z under the
-// condition that it is seen there, which is linear in the position, within three standard
-// deviations of z and beyond kNearPlane. On a flat Gaussian it is where the ray meets its plane.
+// z of a Gaussian's middle along the ray through pixel position (x, y): the mean of z given that
+// position. It is linear in the position, and limited to three standard deviations of z and to
+// beyond kNearPlane. On a flat Gaussian it is the intersection of the ray with its plane.
 RETINT_HD float DepthAlongRay(const CameraParams& camera, const glm::vec3& mean,
                               const Covariance3& covariance, const Splat& splat, float x, float y) {
   const PixelGradients pixel = PixelGradientsAt(camera, CamFromWorld(camera, mean));
@@ -169,8 +169,8 @@ RETINT_HD Reach ReachOf(const Splat& splat) {
   return reach;
 }
 
-// Horizontal extent, relative to the centre, of the ellipse's part with dy in [dy0, dy1]; false
-// where there is none. The part is convex, so every column between its ends meets it.
+// Horizontal extent, relative to the centre, of the ellipse's part with dy in [dy0, dy1]; false if
+// there is none. The part is convex, so every column between its ends meets it.
 RETINT_HD bool StripExtent(const Reach& reach, double dy0, double dy1, double* left,
                            double* right) {
   dy0 = dy0 > -reach.half_height ? dy0 : -reach.half_height;

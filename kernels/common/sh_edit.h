@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a color edit does to one Gaussian's spherical harmonics.
+// The effect of a color edit on one Gaussian's spherical harmonics.
 #pragma once
 
 #include "kernels/common/color_ops.h"
@@ -8,9 +8,9 @@
 
 namespace retint {
 
-// An affine map y + share (delta y + offset) of a color 0.5 + sum_k Y_k C_k is one of its
-// coefficients, exact in every direction: C_k + share delta C_k, where the constant term also takes
-// the part of delta 0.5 + offset, which no direction changes. `value` [3] is coefficient k.
+// An affine map y + share (delta y + offset) of a color 0.5 + sum_k Y_k C_k maps each coefficient
+// exactly, for every direction: C_k + share delta C_k. Only the constant term also changes by delta
+// 0.5 + offset. `value` [3] is coefficient k.
 RETINT_HD void EditCoefficient(const ColorMap& map, float share, int k, float* value) {
   float change[3];
   for (int c = 0; c < 3; ++c) {
@@ -24,8 +24,8 @@ RETINT_HD void EditCoefficient(const ColorMap& map, float share, int k, float* v
   }
 }
 
-// The change of a color, which may be negative, for what shows of it, max(0, color), to change by
-// `wanted`: what is clamped at 0 must first rise to it. `share` is the edit's.
+// The change of a color, which may be negative, that makes its visible part, max(0, color), change
+// by `wanted`: a negative color must first rise to 0. `share` is the edit's.
 RETINT_HD float ChangeToShow(float wanted, float share, float color) {
   return wanted > 0 && color < 0 ? wanted - share * color : wanted;
 }

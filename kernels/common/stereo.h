@@ -55,9 +55,9 @@ RETINT_HD float FusedDisparity(const float* const* pairs, int num_pairs, float t
   return best_sum / float(best_count);
 }
 
-// Arbitration. Stereo is right on surfaces and fattens silhouettes; the Gaussians' median depth has
-// crisp silhouettes and is wrong behind flat colors. Where the two disagree, color decides first,
-// then continuity.
+// Arbitration. Stereo is right on surfaces and makes silhouettes too wide. The Gaussians' median
+// depth has exact silhouettes and is wrong behind flat colors. If the two disagree, color decides
+// first, then continuity.
 namespace arbitration {
 
 inline constexpr float kAgree = 1;           // pixels of disparity
@@ -72,7 +72,7 @@ inline constexpr int kMaxGrowth = 40;        // pixels by which confirmed rough 
 
 enum Verdict : uint8_t { kStereo, kRough, kContinued, kTie, kBoth };
 
-// The mean cost over the two shifted views that agree best: what one side hides the other shows.
+// The mean cost over the two best shifted views: a point hidden in some is visible in others.
 struct BestTwo {
   float first = kCostCap, second = kCostCap;
   RETINT_HD void Add(float cost) {
@@ -141,7 +141,7 @@ RETINT_HD float Within(float value, float low, float high) {
 }
 
 // A step of the disparity that started as `start`, from the means over the window of weight *
-// gradient * residual and weight * gradient^2. The floor damps steps where there is little texture.
+// gradient * residual and weight * gradient^2. The floor damps steps on surfaces of little texture.
 RETINT_HD float Stepped(float disparity, float start, float numerator, float denominator) {
   const float step = Within(numerator / (denominator + kGradientFloor), -kMaxStep, kMaxStep);
   return Within(disparity + step, start - kMaxMove, start + kMaxMove);

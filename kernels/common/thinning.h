@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What BlendOps::Restrict() leaves out of a region's weights. All backends choose by the same
-// counts, so that they fit the same pixels.
+// The rules by which BlendOps::Restrict() leaves out weights of a region. All backends choose by
+// the same counts, so that they fit the same pixels.
 #pragma once
 
 #include <algorithm>
@@ -29,8 +29,8 @@ inline constexpr float kFaint = 4.0f / 255;
 // Every so many tiles one is looked at before a thinning is chosen.
 inline constexpr int kThinningStride = 16;
 
-// What weights take at most: 16 bytes and 8 a pixel row for every 8x8 quarter of a tile that holds
-// any of a Gaussian's.
+// The most bytes that the weights need. A quarter is an 8x8 part of a tile with weights of one
+// Gaussian: 16 bytes, and 8 for each of its pixel rows.
 inline uint64_t ThinnedBytes(const Thinning& thinning, uint64_t quarters) {
   return quarters * (16 + 4 * uint64_t(std::popcount(thinning.pixel_rows)));
 }

@@ -41,7 +41,7 @@ RETINT_HD TileRows ReachedRows(const TileGrid& grid, const Reach& reach, double 
   return {int(top) / kTileSize, int(bottom) / kTileSize, top, bottom};
 }
 
-// Columns of tiles [*first, *last] reached in tile row `row`; false where there are none.
+// Columns of tiles [*first, *last] reached in tile row `row`; false if it reaches none.
 RETINT_HD bool ReachedColumns(const TileGrid& grid, const Reach& reach, double x, double y,
                               const TileRows& rows, int row, int* first, int* last) {
   const double row_top = row * kTileSize, row_bottom = row * kTileSize + kTileSize - 1;

@@ -11,8 +11,8 @@ inline constexpr int kTileSize = 16;     // pixels, both ways
 inline constexpr int kMaxShCoeffs = 16;  // degree 3
 inline constexpr int kMaxChannels = 8;   // of Blend and BlendTranspose
 
-// `pixel_rows` of an operation: bit y % kTileSize says that rows y are wanted. Backends may leave
-// the others out, and with them their cost; what an image then holds there is unspecified.
+// `pixel_rows` of an operation: bit y % kTileSize selects rows y. Backends may skip the other rows
+// to save time; their pixels in an image are then unspecified.
 inline constexpr uint16_t kAllPixelRows = 0xffff;
 
 // Constants of the original 3DGS rasterizer (Kerbl et al. 2023, diff-gaussian-rasterization).
@@ -59,8 +59,8 @@ inline constexpr int kMaxNeighbors = 32;
 // Depth of a pixel that says nothing of the surfaces about it.
 inline constexpr float kNoEvidence = -1;
 
-// A painted view: what it sees, and where it is painted. `camera` is posed in the frame of the view
-// that is looked up in it.
+// A painted view: its depth and its mask. `camera` is posed in the frame of the view that is looked
+// up in it.
 struct PaintedImage {
   CameraParams camera;
   const float* depth;   // [H, W]

@@ -139,7 +139,7 @@ void ForEachTile(const CpuViewGeometry& view, uint16_t pixel_rows, std::span<con
   });
 }
 
-// Cuts what stands behind the last entry with a feature that is not zero: it adds nothing to sums.
+// Cuts the entries behind the last one with a nonzero feature: they add nothing to sums.
 TileList CutAfterLastFeature(TileList list, const float* features, int channels) {
   const auto has_feature = [&](int64_t entry) {
     const int32_t splat = list.entries[entry];
@@ -151,7 +151,7 @@ TileList CutAfterLastFeature(TileList list, const float* features, int channels)
   return list;
 }
 
-// The shares' values of one tile. Some rows tell of most tiles what the others show.
+// The shares' values of one tile. For most tiles a few rows are enough to decide about the others.
 void BlendTileShares(const TileKernels& kernels, const TileList& list, const TileRect& rect,
                      const CameraParams& camera, const BlendSharesParams& params,
                      TileScratch& scratch) {

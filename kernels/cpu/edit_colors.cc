@@ -19,7 +19,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Tag = hn::CappedTag<float, 16>;
 constexpr size_t kLanes = hn::MaxLanes(Tag());
 
-// What the formulas take for bool and float.
+// The vector types that stand for bool and float in the formulas.
 struct Truth {
   hn::Mask<Tag> is;
 };
@@ -67,8 +67,8 @@ HWY_INLINE Real Polynomial(const float (&coefficients)[N], Real x) {
   return sum;
 }
 
-// Of a normal number above 0: its exponent, and the logarithm of what is left, from sqrt(1/2) to
-// sqrt(2), as a series of (m - 1) / (m + 1).
+// Of a normal number above 0: its exponent plus the logarithm of its mantissa m in [sqrt(1/2),
+// sqrt(2)], as a series of (m - 1) / (m + 1).
 HWY_INLINE Real Log2(Real a) {
   const Tag d;
   const hn::RebindToSigned<Tag> di;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the CPU backend keeps of a model and of a view.
+// A model and a view in the memory of the CPU backend.
 #pragma once
 
 #include <cstddef>
@@ -32,8 +32,8 @@ struct CpuModel : Model {
 inline constexpr int kTilePixels = kTileSize * kTileSize;
 inline constexpr uint32_t kNoSlot = UINT32_MAX;
 
-// Explicit weights of one tile: per entry the row, which of the tile's 32 half rows (8 pixels, bit
-// 2 y + x / 8) hold a weight, and those half rows' weights in units of `scale`.
+// Explicit weights of one tile. Bit 2 y + x / 8 of half_rows says that this half row (8 pixels) of
+// the tile holds a weight. Only such half rows are stored, in units of the entry's `scale`.
 struct WeightEntry {
   int32_t row;
   uint32_t half_rows;
@@ -59,8 +59,8 @@ struct CpuViewGeometry : ViewGeometry {
   std::vector<int32_t> tile_ids;       // ascending
   std::vector<int64_t> tile_begin;     // [tiles + 1]
   LargeVector<int32_t> entries;        // [E] index into splats
-  // Where entry e's partial sums go, so that those of one row lie side by side, in tile order:
-  // row r owns [row_begin[r], row_begin[r + 1]). kNoSlot for an inactive entry.
+  // The slot for entry e's partial sums. Slots of one row lie side by side, in tile order: row r
+  // owns [row_begin[r], row_begin[r + 1]). kNoSlot for an inactive entry.
   LargeVector<uint32_t> slots;      // [E]
   LargeVector<int64_t> row_begin;   // [rows + 1]
   std::vector<WeightTile> weights;  // region with explicit weights: replaces splats and entries

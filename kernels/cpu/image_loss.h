@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Fused L1 + D-SSIM; see ImageLossParams. The image is cut into blocks; each computes the SSIM
-// moments on a halo of 5 pixels around it from the inputs on a halo of 10, so that no intermediate
-// image leaves the cache.
+// Fused L1 + D-SSIM; see ImageLossParams. The image is cut into blocks. Each block computes the
+// SSIM moments in itself and 5 pixels around, from inputs up to 10 pixels away, so that no
+// intermediate image leaves the cache.
 #pragma once
 
 #include <cstddef>

@@ -14,12 +14,12 @@
 
 namespace retint {
 
-// Zeroed; aligned to 64 bytes. Large blocks ask the system for huge pages: rows and slots are
-// visited in order of depth, anywhere in memory, and the address translation of small pages would
-// cost more than the arithmetic. std::bad_alloc when there is none.
+// Zeroed; aligned to 64 bytes. Large blocks ask the system for huge pages. Rows and slots are
+// visited in order of depth, anywhere in memory, so with small pages the address translation would
+// cost more than the arithmetic. Throws std::bad_alloc if there is not enough memory.
 std::shared_ptr<DeviceMemory> AllocateHost(size_t bytes);
 
-// The same without the zeros. std::bad_alloc when there is none; freed with std::free.
+// The same without the zeros. Throws std::bad_alloc too; free it with std::free.
 void* AllocateUnset(size_t bytes);
 
 template <typename T>

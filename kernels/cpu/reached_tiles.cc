@@ -33,7 +33,7 @@ void ReachedColumnsOfRows(const TileGrid& grid, const Reach& reach, double x, do
                              hn::Neg(half_height));
     const Rows dy1 = hn::Min(
         hn::Add(hn::Min(row_bottom, set(rows.bottom)), set(0.5 - y + kTileSlack)), half_height);
-    // Where the strip's part of the ellipse ends, to the right or to the left of its middle.
+    // The end of the ellipse's part inside the strip, to the right or to the left of its middle.
     const auto end = [&](double tip, auto add) HWY_ATTR {
       const Rows dy = hn::Min(hn::Max(set(tip), dy0), dy1), squared = hn::Mul(dy, dy);
       const Rows root =

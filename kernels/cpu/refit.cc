@@ -13,8 +13,8 @@ namespace {
 
 constexpr int64_t kRows = 1 << 14;  // a task
 
-// body(first, pixel, count) for the pixel rows of a region's tile: the number of the row's first
-// pixel in the region and in the image, and how many of its pixels lie inside the image.
+// Calls body(first, pixel, count) for the pixel rows of a region's tile. `first` and `pixel` number
+// the row's first pixel in the region and in the image; `count` of its pixels lie inside the image.
 template <typename Body>
 void ForTileRows(const ViewGeometry& region, size_t tile, const Body& body) {
   const int id = region.tiles()[tile], step = region.pixel_row_step();

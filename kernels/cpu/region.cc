@@ -48,8 +48,8 @@ std::vector<int64_t> CutLists(const CpuViewGeometry& view, const std::vector<int
   return lengths;
 }
 
-// Slots for the entries of tiles, so that those of a row lie side by side in tile order.
-// for_each(tile, visit) calls visit(row, &slot) for the tile's entries; a row of -1 has no slot.
+// Assigns slots to the entries of tiles, so that those of a row lie side by side in tile order.
+// for_each(tile, visit) calls visit(row, &slot) for the tile's entries. A row of -1 has no slot.
 template <typename ForEach>
 void AssignSlots(int64_t num_rows, int64_t num_tiles, const ForEach& for_each,
                  LargeVector<int64_t>* row_begin) {
@@ -107,7 +107,7 @@ class WeightSource {
     kernels_.weights(ListOf(tile, pixel_rows, weights, transmittance), nullptr, weights, nullptr,
                      transmittance);
   }
-  // The same, and what RegionBlend asks for.
+  // The same, with the blend of RegionBlend.
   void ExactAndBlend(size_t tile, uint16_t pixel_rows, WeightTile* weights) const {
     if (!blend_) return Exact(tile, pixel_rows, weights);
     alignas(64) float transmittance[kTilePixels];

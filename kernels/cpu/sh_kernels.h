@@ -9,7 +9,7 @@
 namespace retint {
 
 // Gaussians that a view sees, each with its basis Y in that direction and its block of coefficients
-// or of what is added up.
+// or of sums.
 template <typename Float>
 struct ShGroup {
   static constexpr int kSize = 4;

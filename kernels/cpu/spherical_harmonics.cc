@@ -72,7 +72,7 @@ void FindBases(int degree, const float* const* means, const float* center, ShGro
   }
 }
 
-// Collects Gaussians and hands on full groups, and what is left at the end.
+// Collects Gaussians into full groups, and passes on the remaining ones at the end.
 template <typename Float, typename Body>
 class Grouper {
  public:
@@ -137,9 +137,9 @@ void ForEachGroup(const CpuModel& model, const Params& params, Float* blocks, in
   });
 }
 
-// The entry of each Gaussian, -1 of those that have none, where most of them have one: then blocks
-// are read in the order in which they lie in memory, which takes a fifth of the time. Empty: not
-// so, or a Gaussian has several entries.
+// The entry of each Gaussian, -1 for none, if most Gaussians have one. Blocks are then read in the
+// order of memory, which takes a fifth of the time. Empty if few Gaussians have an entry, or one
+// has several.
 std::vector<int32_t> EntriesOf(const Model& model, const EvalShParams& params) {
   if (!params.rows || params.slots || 2 * params.count < model.count()) return {};
   std::vector<int32_t> entries(size_t(model.count()), -1);

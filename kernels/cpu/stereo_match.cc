@@ -26,7 +26,7 @@ class PathStates {
   }
   uint8_t* values(int path) { return values_.data() + path * StereoStateStride(count_); }
   uint8_t* least(int path) { return least_.data() + path; }
-  // Where paths begin, nothing was before.
+  // At the start of a path there is no previous pixel.
   void Start(int first, int end) {
     for (int p = first; p < end; ++p) {
       std::fill_n(values(p) + kStereoSlack, count_, uint8_t{0});

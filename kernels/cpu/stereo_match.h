@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The census matcher of kernels/stereo_ops.h on the CPU. Rows are worked on
-// in bands from the bottom up. A first sweep down keeps the path from above at the top of each
-// band, from where the band's own is found again, so that no volume of costs is ever whole in
-// memory: bytes for pixels * disparities / kStereoBand, and five more for those of one band.
+// The census matcher of kernels/stereo_ops.h on the CPU. Rows are processed in bands from the
+// bottom up. A first sweep down saves the path from above at the top of each band; each band
+// computes its own path from there. So the volume of costs is never whole in memory: it needs
+// pixels * disparities / kStereoBand bytes, and five for each cost of one band.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ inline constexpr int kStereoBand = 32;
 inline constexpr int kCensusBytes = 8;
 inline constexpr uint8_t kCensusFlat = 0x80;  // in the last byte
 
-// Steps may read and write so many elements beyond what they are asked for.
+// Steps may read and write this many elements beyond the requested ones.
 inline constexpr int kStereoSlack = 32;
 
 // The costs of pixels [begin, end) of a row.
@@ -48,10 +48,10 @@ struct StereoStep {
 };
 constexpr ptrdiff_t StereoStateStride(int count) { return count + 2 * kStereoSlack; }
 
-// The least sum of a pixel, of several the first, and what surrounds it.
+// The least sum of a pixel (if several are equal, the first), and the sums around it.
 struct StereoBest {
   int index, least;
-  int below, above;  // the neighbors' sums; 0 where there are none
+  int below, above;  // the neighbors' sums; 0 if there is no neighbor
   int second;        // the least of the others
 };
 
@@ -60,8 +60,8 @@ struct StereoSelectRow {
   const uint16_t* sums;  // [width, count]
   int width, lowest, count;
   StereoBest* best;  // [width]
-  // The shifted view's, from the row's end to its start [width + lowest + count]: least sum,
-  // 0xffff where there is none, and index.
+  // The shifted view's, from the row's end to its start [width + lowest + count]: least sum, or
+  // 0xffff, and its index.
   uint16_t* other_sum;
   uint16_t* other_index;
 };

@@ -96,7 +96,7 @@ void CostRow(const StereoCostRow& row, uint8_t* costs) {
       }
       hn::StoreU(cost, d8, costs + d);
     }
-    // What lies before the shifted view.
+    // Pixels before the shifted view's first one.
     const int inside = u - row.lowest + 1;
     if (inside >= row.count) continue;
     const int kept = inside > 0 ? inside : 0;
@@ -168,7 +168,7 @@ void SelectRow(const StereoSelectRow& row) {
       index = d + int(found);
       break;
     }
-    // All but index - 1 ... index + 1; what wraps around is large.
+    // All but index - 1 ... index + 1. A difference that wraps around is large.
     V16 second = most;
     for (int d = 0; d < row.count; d += kLanes16) {
       const V16 away = hn::Add(iota, hn::Set(d16, uint16_t(d - index + 1)));

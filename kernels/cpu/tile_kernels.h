@@ -35,29 +35,29 @@ struct TileKernels {
   // partials[slot, C] = sum over the tile's pixels of W * residual, for every entry with a slot.
   void (*transpose)(const TileList& list, const float* residual, int channels, float* partials,
                     float* transmittance);
-  // sums += W z; median, where not null, = z of the splat at which T falls below `threshold`.
+  // sums += W z; median, if not null, = z of the splat at which T falls below `threshold`.
   void (*depth)(const TileList& list, float threshold, float* sums, float* median,
                 float* transmittance);
-  // Explicit weights of the active entries that have any; slot is left kNoSlot. Where `colors` is
-  // not null, [splats, 3], also sums += W colors, of all entries.
+  // Explicit weights of the active entries that have any; slot is left kNoSlot. If `colors`
+  // [splats, 3] is not null, also sums += W colors, over all entries.
   void (*weights)(const TileList& list, const float* colors, WeightTile* tile, float* sums,
                   float* transmittance);
   // half_rows[entry] = those with a weight of `min_weight` or more; none in a tile in which no
   // pixel's weights sum to kFaint.
   void (*large_half_rows)(const WeightTile& tile, float min_weight, uint32_t* half_rows);
   // compact = tile's half rows that are in `half_rows` and have a weight of `min_weight` or more,
-  // in 8 bits of each entry's largest. They take over what is left out beside them, up to
-  // kMostTakenOver times their own, so that a pixel's weights sum to what they did. `compact` is
-  // not `tile`.
+  // stored in 8 bits, relative to each entry's largest. They grow, up to kMostTakenOver times, to
+  // replace the weights left out in their pixels, so that the pixels' sums stay the same. `compact`
+  // must not be `tile`.
   void (*compact)(const WeightTile& tile, float min_weight, uint32_t half_rows,
                   WeightTile* compact);
   // blend and transpose from explicit weights.
   void (*blend_weights)(const WeightTile& tile, const float* features, int channels, float* sums);
   void (*transpose_weights)(const WeightTile& tile, const float* residual, int channels,
                             float* partials);
-  // sums = weights / 255 (target unit - sums) of three channels in every `row_step`-th pixel row
-  // from the first on; returns the sum of weights / 255 (target unit - sums)^2, and of what `stay`
-  // adds. `target` and `weights` have these rows alone, [rows, kTileSize, 3] and [rows, kTileSize].
+  // sums = weights / 255 (target unit - sums), three channels, in every `row_step`-th pixel row.
+  // Returns the sum of weights / 255 (target unit - sums)^2, plus the cost of `stay`. `target`
+  // [rows, kTileSize, 3] and `weights` [rows, kTileSize] have only these rows.
   double (*residual)(const int16_t* target, float unit, const uint8_t* weights, int row_step,
                      const StayLoss& stay, float* sums);
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The tile loops in Highway, compiled once a target and chosen at run time. A tile's row is one or
-// more vectors. Some entries of a list are laid out together, with the rows that each reaches; then
-// some rows at a time meet those entries that reach them, while their sums stay in registers.
+// The tile loops in Highway, compiled once for each target and chosen at run time. A tile's row is
+// one or more vectors. A chunk of a list's entries is stored with the rows that each reaches. Then
+// a few rows at a time visit the entries that reach them, while their sums stay in registers.
 #include <cstddef>
 
 #include <hwy/cache_control.h>
@@ -62,15 +62,15 @@ struct Chunk {
   HWY_ALIGN uint32_t reach[kTileSize];  // bit i: entry i may reach the row
 };
 
-// An exponent grows along a row up to dx = -b / (2 a) dy and falls beyond: a row is reached where
-// it is large enough at the tile's column that is nearest to that.
+// An exponent grows along a row up to dx = -b / (2 a) dy and falls beyond. A row is reached if the
+// exponent is large enough at the tile's column nearest to that dx.
 HWY_INLINE void LoadChunk(const TileList& list, int64_t first, int count, Chunk* chunk) {
   const RowTag d;
   const hn::RebindToUnsigned<RowTag> du;
   hn::Vec<decltype(du)> reach[kRowVectors];
   for (auto& rows : reach) rows = hn::Zero(du);
-  // A hair below what a pixel asks for, and below what rounding makes of it: a row too many costs
-  // little, as its pixels are looked at.
+  // Slightly below a pixel's threshold, to allow for rounding. An extra row costs little, since its
+  // pixels are tested.
   constexpr float kSlack = 1e-2f, kRounding = 1e-6f;
   for (int i = 0; i < count; ++i) {
     // Lists jump about in memory.
@@ -104,7 +104,7 @@ HWY_INLINE void LoadChunk(const TileList& list, int64_t first, int count, Chunk*
   for (size_t v = 0; v < kRowVectors; ++v) hn::Store(reach[v], du, chunk->reach + v * kLanes);
 }
 
-// Rows of a tile that are blended together. Where there are fewer, one is repeated whose pixels
+// Rows of a tile that are blended together. If there are too few, a row is repeated whose pixels
 // are all done.
 struct RowGroup {
   size_t rows[kGroupRows];
@@ -141,8 +141,9 @@ HWY_INLINE size_t LiveGroups(const float* transmittance, RowGroup* groups) {
   return num_groups;
 }
 
-// BlendStep for the vectors of a group with the entries of a chunk: hit(entry, vector, weights, T
-// before, T after, &which pixels are live) where a pixel of the group has alpha >= kMinAlpha.
+// BlendStep for the vectors of a group with the entries of a chunk. Calls hit(entry, vector,
+// weights, T before, T after, &which pixels are live) for vectors with a pixel of alpha >=
+// kMinAlpha.
 template <class Hit>
 HWY_INLINE void VisitGroup(const Chunk& chunk, const RowGroup& group,
                            float* HWY_RESTRICT transmittance, const Hit& hit) {

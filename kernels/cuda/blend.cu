@@ -88,8 +88,8 @@ __global__ void __launch_bounds__(kTileThreads) BlendKernel(TileLists lists, Ble
   if (lane.inside1) store(lane.y1, t1, share1, sum1);
 }
 
-// A pixel is done once nothing that is still to come takes it over a limit: shares lie in [0, 1],
-// so that it gains at most its transmittance, `behind` included.
+// A pixel is done when the rest of the list cannot take it over a limit. Shares lie in [0, 1], so
+// the pixel gains at most its transmittance, `behind` included.
 __global__ void __launch_bounds__(kTileThreads)
     BlendSharesKernel(TileLists lists, BlendSharesParams params) {
   __shared__ __align__(16) Batch<float> batches[kWarps];

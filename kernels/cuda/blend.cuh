@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Blending on the device: the tile loops behind BlendOps, without what CudaBlendOps keeps.
+// Blending on the device: the tile loops behind BlendOps, without CudaBlendOps's own buffers.
 #pragma once
 
 #include <stdexcept>
@@ -16,7 +16,7 @@ void BlendShares(const CudaViewGeometry& view, const BlendSharesParams& params,
 // The largest |params.residual| that BlendTranspose reads, into *largest.
 void LargestOf(const CudaViewGeometry& view, const BlendTransposeParams& params, float* largest,
                cudaStream_t stream);
-// Adds to `sums`, [rows, C], what BlendOps::BlendTranspose leaves in params.result.
+// Adds the result of BlendOps::BlendTranspose to `sums`, [rows, C], instead of params.result.
 void BlendTranspose(const CudaViewGeometry& view, const BlendTransposeParams& params,
                     const FixedSums& sums, cudaStream_t stream);
 void Depth(const CudaViewGeometry& view, const DepthParams& params, cudaStream_t stream);

@@ -48,7 +48,7 @@ class BlendOpsOnStream : public CudaBlendOps {
 
   void DoBlendTranspose(const ViewGeometry& view, const BlendTransposeParams& params) override {
     if (view.num_rows() == 0) return;
-    const std::lock_guard lock(mutex_);  // what is queued here belongs together
+    const std::lock_guard lock(mutex_);  // both kernels use largest_
     LargestOf(Own(view), params, largest_.data(), stream_);
     Transpose(view, params, largest_.data());
   }

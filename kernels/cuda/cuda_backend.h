@@ -19,7 +19,7 @@ class DeviceError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Exhausted device memory: what was called and what is free.
+// Exhausted device memory: the message has the failed call and the free bytes.
 class DeviceOutOfMemory : public std::bad_alloc {
  public:
   explicit DeviceOutOfMemory(std::string message);
@@ -29,11 +29,11 @@ class DeviceOutOfMemory : public std::bad_alloc {
   std::string message_;
 };
 
-// What CudaFault() says on a machine without a GPU, or without a driver for one.
+// The message of CudaFault() on a machine without a GPU, or without a driver for one.
 inline constexpr std::string_view kCudaNoDevice = "no device";
 
-// True where a driver and a device answer that this program has code for; otherwise `reason` says
-// what is missing.
+// True if there is a driver and a device for which this program has code. If false, `reason` says
+// which of them is missing.
 bool CudaAvailable(std::string* reason = nullptr);
 
 // On the current device.

@@ -19,7 +19,7 @@ __global__ void Probe() {}
 
 bool CudaAvailable(std::string* reason) {
   const auto no = [&](std::string_view why) {
-    cudaGetLastError();  // a failed question is no error of what comes after
+    cudaGetLastError();  // so that later calls do not see this error
     if (reason) *reason = why;
     return false;
   };
@@ -79,7 +79,7 @@ void* TakeMemory(size_t bytes, cudaStream_t stream) {
 
 void Check(cudaError_t code, const char* call) {
   if (code == cudaSuccess) return;
-  cudaGetLastError();  // clears what is not sticky
+  cudaGetLastError();  // clears errors that are not sticky
   if (code == cudaErrorMemoryAllocation) {
     throw DeviceOutOfMemory(std::string(call) + ": out of device memory");
   }

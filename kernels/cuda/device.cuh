@@ -16,8 +16,8 @@ inline constexpr unsigned kFullWarp = 0xffffffffu;
 // Throws DeviceError("cudaCall: why"), or DeviceOutOfMemory for exhausted memory.
 void Check(cudaError_t code, const char* call);
 
-// Memory from the device's stream-ordered pool. Where there is none left, what the pool holds back
-// is given to the driver and the call tried again; DeviceOutOfMemory says what was asked and left.
+// Memory from the device's stream-ordered pool. If it fails, the pool returns its unused memory to
+// the driver and the call is repeated. DeviceOutOfMemory has the requested and the free bytes.
 void* TakeMemory(size_t bytes, cudaStream_t stream);
 
 // Number of blocks of `threads` that cover `count`.

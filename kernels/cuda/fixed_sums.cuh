@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Sums of terms that arrive in any order and are still the same to the last bit: the terms are
-// rounded to whole steps of a power of two and added as 64-bit integers, whose sum knows no order.
-// The step follows the largest factor of the terms, so that no sum overflows; it lies some 2^-40
-// below that factor, far below what a float sum of the terms would round away. A term that is not
-// finite makes its own sum not a number, and no other one.
+// Sums of terms that arrive in any order and are still equal to the last bit. The terms are rounded
+// to multiples of a power of two, the step, and added as 64-bit integers. The step follows the
+// largest factor of the terms, so that no sum overflows. It is some 2^-40 times that factor, far
+// less than the rounding of a float sum. A term that is not finite makes only its own sum NaN, and
+// no other one.
 #pragma once
 
 #include <bit>
@@ -39,8 +39,8 @@ struct FixedSums {
   const float* largest;      // [1] at least every finite factor's absolute value
   int headroom;              // no sum is more than 2^headroom of the largest factor
 
-  // Sums lie below 2^61. Where a term is not finite its sum starts again from here, so that it ends
-  // within 2^61 of it.
+  // Sums lie below 2^61. If a term is not finite, its sum starts again from here, so that it ends
+  // within 2^61 of this value.
   static constexpr long long kNoNumber = 1ll << 62;
 
   struct Steps {
@@ -52,9 +52,9 @@ struct FixedSums {
     return {__int_as_float((127 + exponent) << 23), __int_as_float((127 - exponent) << 23)};
   }
 
-  // Adds sum_of(c) to the C sums of `row`, which is negative where the lane has none. kHolders
-  // lanes side by side have the same row and the same sums, and share the channels. All lanes of
-  // the warp call it.
+  // Adds sum_of(c) to the C sums of `row`. A lane without a row passes a negative one. kHolders
+  // lanes side by side have the same row and sums, and divide the channels among them. All lanes of
+  // the warp must call it.
   template <int C, int kHolders, typename SumOf>
   __device__ void Add(float per_unit, int64_t row, const SumOf& sum_of) const {
     constexpr int kPieces = (C + kHolders - 1) / kHolders;

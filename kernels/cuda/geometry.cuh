@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the CUDA backend keeps of a model and of a view, in device memory.
+// A model and a view in the device memory of the CUDA backend.
 #pragma once
 
 #include <cstdint>

@@ -12,7 +12,7 @@ __global__ void ElementsKernel(int64_t count, Body body) {
   if (i < count) body(i);
 }
 
-// body(i) for i in [0, count), a thread each; `name` is what an error speaks of.
+// body(i) for i in [0, count), one thread each; error messages have `name`.
 template <typename Body>
 void ForEach(int64_t count, cudaStream_t stream, const char* name, const Body& body) {
   constexpr int kThreads = 256;
@@ -37,8 +37,8 @@ __device__ inline double SumOverBlock(double value) {
   return sum;
 }
 
-// A sum over all blocks of a kernel that is the same to the last bit however they were scheduled:
-// every block leaves its part, and the last one to finish adds them in their order.
+// A sum over all blocks of a kernel, equal to the last bit however they were scheduled. Every block
+// stores its part, and the last one to finish adds the parts in order.
 struct BlockSums {
   double* parts;       // [blocks]
   unsigned* finished;  // [1] zero between kernels

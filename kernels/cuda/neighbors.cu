@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Distances to the nearest points, by tiles: a block's points are compared with a tile of others
-// only where the tile's box is nearer than the farthest neighbor that one of them has so far.
-// Neighbors in a depth map are neighbors in memory, so that few tiles are left.
+// Distances to the nearest points, by tiles. A block compares its points with a tile of others only
+// if the tile's box is nearer than the farthest neighbor that one of its points has so far.
+// Neighbors in a depth map are neighbors in memory, so few tiles remain.
 #include "kernels/cuda/device.cuh"
 #include "kernels/cuda/groups.cuh"
 

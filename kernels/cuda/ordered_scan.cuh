@@ -11,7 +11,7 @@
 
 namespace retint::cuda {
 
-// Words: a ticket, then for each block what it has published: nothing, its own sum, or the sum up
+// Words: a ticket, then a word for each block. It holds nothing, the block's own sum, or the sum up
 // to its end, in the low 32 bits below a tag.
 class ScanState {
  public:

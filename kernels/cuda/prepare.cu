@@ -50,10 +50,10 @@ __device__ unsigned WarpSum(unsigned value) {
 #endif
 }
 
-// The strips (rows of tiles) that the splats of a warp reach, a splat a lane. A splat of few strips
-// goes alone: one(strip, first column, last column). One of many gets the whole warp, a strip a
-// lane and 32 at a time: all(whether the splat is this lane's, strip, first, last) is called by
-// every lane, with last = first - 1 where the lane has no strip.
+// The strips (rows of tiles) that the splats of a warp reach, one splat a lane. A splat of few
+// strips is handled by its lane: one(strip, first column, last column). A splat of many strips is
+// handled by the whole warp, 32 strips at a time, one a lane. Every lane then calls all(whether the
+// splat is this lane's, strip, first, last), with last = first - 1 if the lane has no strip.
 template <typename One, typename All>
 __device__ void ForStrips(const CameraParams& camera, const Splat& splat, const Reach& reach,
                           const TileRows& strips, const One& one, const All& all) {
@@ -93,11 +93,11 @@ __device__ void ForStrips(const CameraParams& camera, const Splat& splat, const 
   }
 }
 
-// Behind every depth, which is positive and finite: what is not visible sorts last.
+// Behind every depth, which is positive and finite: invisible Gaussians sort last.
 constexpr uint32_t kBehindAll = 0x7fffffff;
 
-// What CountTilesKernel makes: of each Gaussian how many tiles it reaches (0: not visible), its
-// depth as sortable bits and its index; and zeroes for what later kernels accumulate.
+// The outputs of CountTilesKernel. For each Gaussian: the number of tiles that it reaches (0: not
+// visible), its depth as sortable bits, and its index. Also zeroes the sums of later kernels.
 struct Counted {
   uint32_t *tiles, *depths;
   int32_t* indices;

@@ -34,7 +34,7 @@ RegionPixels PixelsOf(const CudaViewGeometry& view) {
 
 int64_t CountOf(const CudaViewGeometry& view) { return int64_t(NumRegionPixels(view)); }
 
-// Where `largest` is not null, raises it to the largest |residual|.
+// If `largest` is not null, raises it to the largest |residual|.
 __global__ void ResidualKernel(int64_t count, RegionPixels pixels, RegionResidualParams params,
                                float* largest, BlockSums sums) {
   double sum = 0;

@@ -37,7 +37,7 @@ __global__ void TruncateKernel(int tiles, const int2* ranges, const int32_t* ent
   if (lane == 0) lengths[tile] = length;
 }
 
-// What of the whole view's list a region's tile walks.
+// The part of the whole view's list that a region's tile walks.
 __global__ void CutRangesKernel(int tiles, const int32_t* tile_ids, const int32_t* lengths,
                                 const int2* whole, int2* ranges) {
   const int t = blockIdx.x * blockDim.x + threadIdx.x;
@@ -118,7 +118,7 @@ __global__ void GatherRowsKernel(int64_t rows, const int32_t* flags, const int32
   if (r < rows && flags[r]) to[ends[r] - 1] = from[r];
 }
 
-// What restricting a view finds out first. Arrays over the view's rows, or its grid's tiles.
+// The first results of restricting a view. Arrays over the view's rows, or its grid's tiles.
 struct Restriction {
   Scratch<int32_t> flags, row_ends;  // [rows] 1 for active ones and the running sum of it
   Scratch<int32_t> lengths;          // [grid] entries up to the last active one

@@ -148,7 +148,8 @@ class CudaSolveOps : public SolveOps {
   void DoAdam(const AdamParams& params) override;
 
  private:
-  // What the kernel that launch(blocks, sums, total) starts over `count` values adds to *total.
+  // The sum that the kernel started by launch(blocks, sums, total) over `count` values adds to
+  // *total.
   template <typename Launch>
   double Sum(int64_t count, const char* name, const Launch& launch);
 

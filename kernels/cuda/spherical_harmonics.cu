@@ -11,7 +11,7 @@
 namespace retint::cuda {
 namespace {
 
-// What an entry of the SH operations speaks of.
+// Maps an entry of the SH operations to its Gaussian and slot.
 struct Entries {
   const int32_t* rows;
   const int32_t* slots;

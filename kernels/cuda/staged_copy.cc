@@ -15,8 +15,8 @@ namespace {
 
 constexpr size_t kLeastBytes = size_t{8} << 20;
 
-// What is copied at a time: a few pieces even of a copy that a buffer would hold, so that the
-// device's part of the work does not wait for all of the host's.
+// The bytes copied at a time. Even a copy that fits in one buffer is cut into pieces, so that the
+// device can start before the host is done.
 size_t PieceOf(size_t bytes, size_t buffer_bytes) {
   constexpr size_t kLeast = size_t{4} << 20, kPieces = 4, kAlignment = 256;
   const size_t piece = std::max(kLeast, (bytes / kPieces / kAlignment + 1) * kAlignment);

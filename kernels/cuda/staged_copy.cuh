@@ -28,8 +28,8 @@ class StagedCopy {
   void ToDevice(void* device, const void* host, size_t bytes);
   // On return `host` has the bytes.
   void ToHost(void* host, const void* device, size_t bytes);
-  // Queues a copy into what is free of the buffers. Null where it does not fit, or where there are
-  // no buffers yet: taking them would cost more than is gained. The StagedCopy outlives it.
+  // Queues a copy into free space of the buffers. Null if it does not fit, or if there are no
+  // buffers yet, because allocating them costs too much. The StagedCopy must outlive the result.
   std::unique_ptr<Arrival> Send(const void* device, size_t bytes);
 
  private:
@@ -43,7 +43,7 @@ class StagedCopy {
   cudaStream_t stream_;
   std::mutex mutex_;
   void* buffers_[kBuffers] = {};
-  cudaEvent_t arrived_[kBuffers] = {};  // what was last queued on the buffer, but for arrivals
+  cudaEvent_t arrived_[kBuffers] = {};  // the last copy queued on the buffer, except arrivals
   int lent_[kBuffers] = {};             // arrivals that have a part of it
   size_t lent_bytes_[kBuffers] = {};    // from its beginning; part of it may be free again
 };

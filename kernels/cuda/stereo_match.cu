@@ -14,14 +14,14 @@ namespace {
 
 constexpr uint64_t kFlat = uint64_t{1} << 63;
 
-// A pixel's costs are bytes, four to a word. Eight lanes of a warp share a pixel; lane l has the W
-// = count / 32 words of the disparities from 4 W l on, word w of them at [w * kLanes + l], so that
-// the lanes lie side by side.
+// A pixel's costs are bytes, four to a word. Eight lanes of a warp share a pixel. Lane l has the W
+// = count / 32 words of the disparities from 4 W l on. Word w of them is at [w * kLanes + l], so
+// that the lanes lie side by side.
 constexpr int kLanes = 8;
 
-// census [v, u]: a bit for each other pixel of the window, set where it is darker than the middle,
-// and kFlat where none is darker or brighter.
-// `image` holds the oriented image from (offset_x, offset_y) on, rows of `stride`.
+// census [v, u]: a bit for each other pixel of the window, set if it is darker than the middle;
+// kFlat if none is darker or brighter. `image` holds the oriented image from (offset_x, offset_y)
+// on, rows of `stride`.
 __global__ void CensusKernel(MatcherAxes at, const float* image, int offset_x, int offset_y,
                              int stride, uint64_t* census) {
   constexpr int kTileU = kBlockX + 2 * kCensusU, kTileV = kBlockY + 2 * kCensusV;

@@ -16,7 +16,7 @@ inline constexpr int kQuarter = kTileSize / 2;
 inline constexpr int kWarps = 4;  // a block is a tile
 inline constexpr int kTileThreads = 32 * kWarps;
 
-// What a tile kernel reads of a view.
+// The inputs of a tile kernel from a view.
 struct TileLists {
   const Splat* splats;
   const int32_t* entries;
@@ -26,12 +26,12 @@ struct TileLists {
   int width, height, tiles_x, tiles;
   const int32_t* order;  // of the tiles over the blocks; null: as they come
 
-  // What this block walks.
+  // The tile that this block walks.
   __device__ int Index() const { return order ? order[blockIdx.x] : int(blockIdx.x); }
 };
 
-// The lane's two pixels: (x, y0) and (x, y1). Where only every second, fourth or eighth row is
-// visited (`row_step`), there is one, (x, y0), and one, two or four lanes share it.
+// The lane's two pixels: (x, y0) and (x, y1). With a `row_step` of 2, 4 or 8 only every such row is
+// visited. Then the lane has one pixel, (x, y0), and one, two or four lanes share it.
 struct Lane {
   int x, y0, y1;
   bool inside0, inside1;
@@ -60,8 +60,8 @@ __device__ Lane LaneOf(const TileLists& lists, int tile) {
                                int(threadIdx.x) / 32);
 }
 
-// The largest exponent of the splat over the quarter's pixel centres is at its centre when that
-// lies inside, else on one of the two sides that face it (the exponent is concave).
+// Tests the splat's largest exponent over the quarter's pixel centres. It is at the splat's centre
+// if that lies inside, else on one of the two sides that face it (the exponent is concave).
 __device__ inline bool ReachesQuarter(const Splat& s, float quarter_x, float quarter_y) {
   constexpr float kSide = kQuarter - 1;
   constexpr float kSlack = 1e-3f;
@@ -88,9 +88,9 @@ struct Batch {
   Payload payloads[32];
 };
 
-// Walks the list of `tile` for this warp: visit(batch, count) in batches of the splats that reach
-// the quarter, front to back; load(row, payload*) fills the payload by the lane that read the
-// entry. Stops when no pixel of the warp is open.
+// Walks the list of `tile` for this warp, front to back. `visit` gets (batch, count): batches of
+// the splats that reach the quarter. `load`, called as (row, payload*) on the lane that read the
+// entry, fills the payload. The walk stops when no pixel of the warp is open.
 template <typename Payload, typename Load, typename Visit, typename IsOpen>
 __device__ void WalkTile(const TileLists& lists, int index, const Lane& lane, Batch<Payload>* batch,
                          const Load& load, const Visit& visit, const IsOpen& is_open) {
@@ -121,8 +121,8 @@ __device__ void WalkTile(const TileLists& lists, int index, const Lane& lane, Ba
   }
 }
 
-// Sums each of `values[8]` over every `width` lanes, 32, 16 or 8, with 9, 8 or 7 shuffles:
-// afterwards every lane holds the sum of value number lane % width / (width / 8).
+// Sums each of `values[8]` over every `width` lanes (32, 16 or 8), with 9, 8 or 7 shuffles. Every
+// lane then holds the sum of value number lane % width / (width / 8).
 template <int width = 32>
 __device__ float ReduceEight(float* values) {
   const int lane = threadIdx.x % 32;

@@ -184,7 +184,7 @@ __global__ void __launch_bounds__(kTileThreads)
   });
 }
 
-// What the products read of a region.
+// The part of a region that its products read.
 struct Weights {
   const uint32_t* ends;
   const int32_t* rows;

@@ -22,9 +22,9 @@ struct WeightChoice {
 void SampleWeights(const TileLists& lists, float min_weight, uint32_t* quarters,
                    cudaStream_t stream);
 
-// Per tile of `lists` and quarter (4 tile + quarter), how many active splats have a weight to keep;
-// per quarter's pixel, what its kept weights grow by to sum to what all did, in the order of
-// ExplicitWeights::values, [4 tiles, 64 / row_step].
+// For each tile of `lists` and quarter (4 tile + quarter): `counts`, the active splats with a
+// weight to keep. For each pixel: `factors`, by which its kept weights grow to keep the sum of all,
+// in the order of ExplicitWeights::values, [4 tiles, 64 / row_step].
 void CountWeights(const TileLists& lists, const WeightChoice& choice, uint32_t* counts,
                   float* factors, cudaStream_t stream);
 
