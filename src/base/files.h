@@ -37,8 +37,8 @@ std::filesystem::path FollowLinks(const std::filesystem::path& path);
 // The whole file; InputError when it is missing, a folder, or unreadable.
 std::string ReadFile(const std::filesystem::path& path);
 
-// Writes a file whole or not at all: bytes go to a hidden temporary file in the same folder,
-// Commit() flushes it and renames it over `path`; without Commit() the destructor removes it, so a
+// Writes a file completely or not at all. Bytes go to a hidden temporary file in the same folder;
+// Commit() flushes it and renames it to `path`. Without Commit() the destructor removes it, so a
 // failed or cancelled write leaves the old file and no new folders. Parent folders are created, a
 // link is followed. Every failure (unwritable folder, full disk, a folder or device of that name)
 // is a RunError naming `path`; OptionError for an input (base/input_guard.h).
@@ -62,8 +62,8 @@ class AtomicFile {
   void CopyFrom(int file, uint64_t bytes, const std::function<void(uint64_t done)>& report);
   // Over the bytes written already.
   void WriteAt(uint64_t offset, const void* data, size_t bytes);
-  // Everything written so far is on the disk, not yet in place: for several files that belong
-  // together, Sync() all, then Commit() all, and a full disk leaves every old one.
+  // Flushes the bytes so far to the disk, without renaming. For files that belong together, Sync()
+  // all, then Commit() all: if the disk is full, every old one stays.
   void Sync();
   void Commit();
 

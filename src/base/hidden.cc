@@ -67,7 +67,7 @@ void SweepOnce(const fs::path& folder) {
 // Whether it is still under a name, now that it is locked: between its making and the lock, a sweep
 // on another host may have taken it for dead.
 bool LockMade(int fd) {
-  flock(fd, LOCK_EX);  // fails on file systems without locks, where nothing is swept
+  flock(fd, LOCK_EX);  // fails on file systems without locks; nothing is swept there
   struct stat info {};
   return fstat(fd, &info) != 0 || info.st_nlink > 0;
 }

@@ -33,10 +33,10 @@ class InputFile {
   int fd_ = -1;
 };
 
-// Has the system read a file from the disk, from its begin to its end, as long as this lives: a
-// disk is fastest that way, while codecs make memory ready and then read in many places. Does
-// nothing where the system has the file's end in its memory. A hint: if it fails, those who read
-// the file report it.
+// Makes the system read a file from begin to end in the background, as long as this lives. A disk
+// is fastest that way, while codecs allocate memory and then read in many places. It does nothing
+// if the system has the file's end in its memory already. It is a hint: if it fails, the readers of
+// the file report the error.
 class ReadAhead {
  public:
   explicit ReadAhead(const std::filesystem::path& path);

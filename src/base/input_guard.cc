@@ -25,7 +25,7 @@ Registry& Shared() {
   return *registry;
 }
 
-// Empty where there is no such file.
+// Empty if there is no such file.
 fs::path Whole(const fs::path& file) {
   std::error_code code;
   const fs::path path = fs::canonical(file, code);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Options described once. A struct of options has a member `void Describe(OptionList& list)` that
 // adds an entry for each of its members: name, reference, range, help, where it applies, who needs
-// it. What reads or writes options walks that list: Check(), the command line
-// (apps/retint/option_flags.h), the JSON of sessions and reports (base/option_json.h), the key of a
-// fit (editing/region.h), and whoever builds a form. A new option is a member and its entry.
+// it. All readers and writers of options walk that list: Check(), the command line
+// (apps/retint/option_flags.h), the JSON of sessions and reports (base/option_json.h), fit keys
+// (editing/region.h), and forms. A new option is a member and its entry.
 #pragma once
 
 #include <cstdint>
@@ -36,8 +36,8 @@ struct OptionRange {
   std::string Text() const;           // "in (0, 1]", "at least 0", "finite"
 };
 
-// A member that holds one of several named values: an enum whose values count up from 0 in the
-// order of the names, or one of the names as a string.
+// A member that holds one of several named values: an enum, whose values count up from 0 in the
+// order of the names, or a string with one of the names.
 struct OptionChoice {
   std::vector<std::string> names;
   void* member = nullptr;

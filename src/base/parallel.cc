@@ -19,8 +19,8 @@ namespace retint {
 
 #if defined(__SANITIZE_THREAD__)
 
-// oneTBB is not built for the thread sanitizer, which would take every hand-over of its own for a
-// race and could not check a loop's pieces against each other: here, two plain threads.
+// oneTBB is not built for the thread sanitizer, which would report races inside it and could not
+// check a loop's pieces against each other. So this uses two plain threads.
 void ParallelPieces(int64_t count, int64_t grain,
                     void (*run)(const void* body, int64_t begin, int64_t end), const void* body) {
   std::atomic<int64_t> next = 0;

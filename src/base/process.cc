@@ -50,7 +50,7 @@ struct Pipe : Ends {
   }
 };
 
-// What a child has for its stdin, stdout and stderr. Without an input it reads nothing.
+// A child's stdin, stdout and stderr. Without an input it reads nothing.
 struct Streams {
   int input = -1, output, errors;
 };
@@ -244,7 +244,7 @@ class LineProcess::State {
         return answer;
       }
       if (text_.size() > kLongestLine || !child_.Read(text_, &errors_)) Fail();
-      // Of what it prints there, the end is enough.
+      // Of the program's messages, the end is enough.
       if (errors_.size() > 2 * kLongestLine) errors_.erase(0, kLongestLine);
       monitor.ThrowIfCancelled();
     }

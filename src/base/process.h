@@ -20,8 +20,8 @@ struct ProcessResult {
   std::vector<std::string> last_lines;
 };
 
-// The program of that name: a path as it is, a bare name looked up in PATH. Empty where there is no
-// executable file.
+// The program of that name: a path as it is, a bare name looked up in PATH. Empty if there is no
+// such executable file.
 std::filesystem::path FindProgram(const std::filesystem::path& name);
 
 // Runs `program` with `arguments` (no shell takes part; nothing is on its stdin) and waits for it.
@@ -34,7 +34,7 @@ ProcessResult RunProcess(const std::filesystem::path& program,
                          const std::function<void(std::string_view line)>& on_line = {});
 
 // A program that answers each line on its stdin with a line on its stdout, for as long as this
-// lives: then its stdin ends, and if it does not end with that, signals end it as above.
+// lives. The destructor closes its stdin. If it does not end then, signals end it as above.
 class LineProcess {
  public:
   // Runs `command` through sh. RunError when that cannot be started.

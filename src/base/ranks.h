@@ -63,18 +63,18 @@ class Ranks {
   template <typename T>
   std::vector<T> Gather(std::span<const T> mine);
 
-  // Collective. Sums that do not depend on the number of ranks: for each part of an array in turn,
-  // `add(part)` adds what this rank has to what the ranks before it left there (rank 0: to what it
-  // holds itself); in the end all ranks have the last one's. While a rank adds to one part, the
-  // next adds to the part before.
+  // Collective. Sums that do not depend on the number of ranks. For each part of an array in turn,
+  // `add(part)` adds this rank's values to the part as the previous rank left it (rank 0: as rank 0
+  // holds it). In the end all ranks have the last one's sums. While a rank adds to one part, the
+  // next rank adds to the part before.
   void AddInOrder(std::span<const std::span<std::byte>> parts,
                   const std::function<void(size_t part)>& add);
   // Collective. values[i] = the sum of all ranks' values[i], in the order of the ranks: of fewer
   // bytes than AddInOrder, but rounded differently for another number of ranks.
   void SumByRank(std::span<float> values);
 
-  // Collective. Looks for a link between the ranks' devices; `device` names this rank's, alike for
-  // all who use it, and is empty where it has none. RunError where one is there and fails.
+  // Collective. Looks for a link between the ranks' devices. `device` names this rank's, alike for
+  // all its users, or is empty if it has none. RunError if there is a link that fails.
   void LinkDevices(const std::string& device);
   bool DevicesAreLinked() const { return link_ != nullptr; }
   // Collective, with the same number everywhere. Whether an array of so many bytes goes by the
@@ -100,7 +100,7 @@ class Ranks {
   // May return before `data` is read, which stays as it is until FinishSends().
   virtual void Send(std::span<const std::byte> data, int to) = 0;
   virtual void FinishSends() = 0;
-  // Null where there is none, and why in `fault`; the same on all ranks.
+  // Null if there is no link, with the reason in `fault`; the same on all ranks.
   virtual std::unique_ptr<DeviceLink> DoLinkDevices(const std::string& device, std::string* fault);
   // Ends the work that a link started, which needs the other ranks.
   void Unlink() { link_.reset(); }

@@ -13,9 +13,9 @@
 
 namespace retint {
 
-// Cheap checks before long work: RunError naming `path` when it could not be written as a file (or,
-// `as_folder`, as a folder of files): a folder or file in its place, a parent that is a file, or no
-// permission. Creates nothing.
+// Cheap checks before long work: RunError naming `path` if it cannot be written as a file (or,
+// `as_folder`, as a folder of files). Reasons are a folder or file in its place, a parent that is a
+// file, and no permission. Creates nothing.
 void CheckOutput(const std::filesystem::path& path, bool as_folder = false);
 
 // A file of a command or a job, and its name there.
@@ -23,8 +23,8 @@ struct NamedFile {
   std::string name;
   std::filesystem::path path;
 };
-// OptionError if two of the `written` are one file, by whatever path, if one is among the `read`,
-// or if one lies below one that comes before it: the last one may be a folder.
+// OptionError if two of the `written` are one file, also by different paths, or if one is among the
+// `read`. Also if one lies below an earlier one; the last one may be a folder.
 void CheckApart(const std::vector<NamedFile>& written, const std::vector<NamedFile>& read);
 
 // Files go to a hidden folder beside their targets (same file system) and are renamed into place by
@@ -32,9 +32,9 @@ void CheckApart(const std::vector<NamedFile>& written, const std::vector<NamedFi
 // disk or a cancelled save changes nothing. A target that is a link is followed. OptionError,
 // before anything is in place, if a target is an input (base/input_guard.h).
 //
-// Each file is in place as a whole or not at all. All files together are not: if the program is
-// killed during Commit(), or Commit() itself fails (as when a folder has the name of a file), the
-// first files are new and the rest are old. Files beside a target come before it.
+// Each file is in place as a whole or not at all, but not all files together. If the program is
+// killed during Commit(), or Commit() fails (a folder has the name of a file), the first files are
+// new and the rest are old. Files beside a target come before it.
 class StagedOutput {
  public:
   StagedOutput() = default;
@@ -68,10 +68,10 @@ class StagedOutput {
   size_t count_ = 0;
 };
 
-// Writes `count` files, most of whose time is their encoding. Calls make(i) for every i in order on
-// this thread, and reports "save" before each, where it may be cancelled; runs what make() returned
-// on all cores, a few at a time, so that not all pictures are in memory at once. Throws the first
-// error in the order of the files; files before and after it may have been written.
+// Writes `count` files whose encoding takes most of the time. Calls make(i) for every i in order on
+// this thread; before each it reports "save", and may be cancelled. The functions that make()
+// returns run on all cores, a few at a time, so that not all pictures are in memory at once. Throws
+// the first error in the order of the files; files before and after it may have been written.
 void WriteOnAllCores(size_t count, const std::function<std::function<void()>(size_t i)>& make,
                      Monitor& monitor);
 

@@ -30,9 +30,9 @@ std::unique_ptr<Ranks> JoinMpi();
 // the object that it returned.
 [[noreturn]] void AbortMpi(int code);
 
-// Gives the rank a GPU of its own by its place on the machine, before CUDA is first used: through
-// CUDA_VISIBLE_DEVICES, of whose devices it takes one where that is set. If there are fewer GPUs
-// than ranks, they are shared in turn.
+// Gives the rank a GPU of its own, by its place on the machine, before CUDA is first used. It sets
+// CUDA_VISIBLE_DEVICES; if that is set already, it chooses one of the devices listed there. If
+// there are fewer GPUs than ranks, they are shared in turn.
 void ChooseDevice(const Launch& launch);
 
 // The cores that a rank's threads get: its share of the machine's, within those it is bound to.

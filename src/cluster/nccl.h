@@ -52,9 +52,9 @@ struct Nccl {
 // old.
 const Nccl* FindNccl(std::string* fault);
 
-// Joins the ranks of `id`, each with the first device of its own that CUDA shows, and tries the
-// ways between them, which builds them up; all on a thread, so that the caller goes on meanwhile.
-// The first transfer waits for it: RunError, then, where NCCL refuses.
+// Joins the ranks of `id`, each with the first device that CUDA shows it, and builds up the
+// connections by trying them. This runs on its own thread, so that the caller can continue. The
+// first transfer waits for it, and throws RunError if NCCL refuses.
 std::unique_ptr<DeviceLink> JoinNccl(const Nccl& nccl, const NcclId& id, int rank, int size);
 
 }  // namespace retint

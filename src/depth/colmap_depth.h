@@ -51,13 +51,13 @@ class ColmapDepthEstimator : public DepthEstimator {
   Renderer* fallback_;
 };
 
-// Internal, exposed for tests.
-// `map` seen by `source` (whose image it covers whole), resampled into a camera that stands in the
-// same place with the same rotation: inverse depth is interpolated except across edges and holes.
+// Internal, exposed for tests. `map` seen by `source` (whose whole image it covers), resampled into
+// a camera in the same place with the same rotation. Inverse depth is interpolated except across
+// edges and holes.
 DepthMap ResampleDepth(const DepthMap& map, const Camera& source, const Camera& target,
                        double edge_tolerance);
-// `map` warped into `target`: its pixels are joined into triangles except across edges, which are
-// rasterized nearest first. 0 where nothing lands.
+// `map` warped into `target`. Its pixels are joined into triangles, except across edges, and the
+// triangles are rasterized nearest first. Pixels without a triangle are 0.
 DepthMap WarpDepth(const DepthMap& map, const PosedCamera& source, const PosedCamera& target,
                    double edge_tolerance);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Depth by COLMAP's own dense stereo, run as a program: views rendered around the wanted one become
-// a dense workspace in a temporary folder, `colmap patch_match_stereo` measures it, and its map is
+// Depth by COLMAP's own dense stereo, run as a program. Views rendered around the wanted one become
+// a dense workspace in a temporary folder. `colmap patch_match_stereo` measures it, and its map is
 // read like any other. Schoenberger et al., "Pixelwise View Selection for Unstructured Multi-View
 // Stereo", ECCV 2016. Needs a COLMAP that was built with CUDA, and a GPU.
 #pragma once

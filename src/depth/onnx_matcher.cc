@@ -24,7 +24,7 @@ namespace {
 constexpr int kProbeShift = 8;                        // pixels
 constexpr int kProbeWidth = 256, kProbeHeight = 192;  // of networks for any size
 
-// What an input of the network is given.
+// The images that an input of the network gets.
 struct Role {
   bool left = false, right = false;  // both: one after the other, in one input
   bool half = false;                 // of the size that others have
@@ -253,7 +253,7 @@ class OnnxMatcher : public StereoMatcher {
     return disparity;
   }
 
-  // What the network makes of the test pair.
+  // The network's answer to the test pair.
   struct Answer {
     double median = 0;
     double spread = std::numeric_limits<double>::infinity();  // relative to the median
@@ -312,7 +312,7 @@ class OnnxMatcher : public StereoMatcher {
 
   const NetworkName name_;
   int pad_ = 32;
-  mutable std::mutex mutex_;  // for what follows; a network runs once at a time
+  mutable std::mutex mutex_;  // for the members below; a network runs once at a time
   mutable std::unique_ptr<OnnxModel> model_;
   mutable std::vector<Role> roles_;  // of each input
   mutable cv::Size full_;            // of inputs of a fixed size, {0, 0} of others

@@ -37,8 +37,8 @@ std::string Short(double value) {
   return text;
 }
 
-// What a view makes of a baseline that was given: OptionError where even its farthest surfaces
-// leave the image, a warning where not even its nearest move. Both name the range between.
+// Checks a given baseline for a view: OptionError if even the farthest surfaces leave the image, a
+// warning if not even the nearest move. Both name the range between.
 std::string CheckGivenBaseline(const Camera& camera, const RoughDepths& rough, double baseline) {
   const double least = kLeastDisparity * rough.near / camera.fx();
   const double most = camera.width * rough.far / camera.fx();
@@ -151,7 +151,7 @@ class Estimation {
     return backend_.Upload(std::span<const float>(host));
   }
 
-  // False where nothing has a rough depth.
+  // False if no pixel has a rough depth.
   bool ChooseSearch(const StereoHvOptions& options) {
     const auto depths = stereo_.PositiveQuantiles(rough_.data(), int64_t(pixels_), kRoughQuantiles);
     if (depths.empty()) return false;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stereo-HV: depth of a view from rendered stereo pairs. The camera is moved by a baseline beta
-// along its own x and y axes, which gives exactly rectified pairs; a matcher finds the disparity s
-// and d = f beta / s (ReCoGS, STAG 2025). Pairs are matched by census (kernels/stereo_ops.h), by
-// OpenCV's StereoSGBM or by a network. All stages but the latter two are operations of the
+// Stereo-HV: depth of a view from rendered stereo pairs. Moving the camera by a baseline beta along
+// its own x and y axes gives exactly rectified pairs. A matcher finds the disparity s, and then the
+// depth is d = f beta / s (ReCoGS, STAG 2025). Pairs are matched by census (kernels/stereo_ops.h),
+// by OpenCV's StereoSGBM or by a network. All stages but the latter two are operations of the
 // renderer's backend, in its memory.
 #pragma once
 
@@ -18,7 +18,7 @@
 namespace retint {
 
 enum class StereoAggregate {
-  kAgree,  // inverse-depth mean of those that agree, the nearest where none do
+  kAgree,  // inverse-depth mean of those that agree; if none agree, the nearest
   kMin,    // the paper's: the least depth
 };
 
@@ -74,9 +74,9 @@ class StereoHvEstimator : public DepthEstimator {
                              std::unique_ptr<StereoMatcher> matcher = nullptr);
   ~StereoHvEstimator() override;
   // Pixels that no pair measures are filled with the Gaussians' own depth and marked invalid.
-  // InputError when the view sees no Gaussian. OptionError for a given baseline that moves even the
-  // farthest surfaces by more than the image's width; one that moves not even the nearest by a
-  // sixteenth of a pixel is a warning. If a device has no room, the host does it all.
+  // InputError if the view sees no Gaussian. OptionError if a given baseline moves even the
+  // farthest surfaces by more than the image's width. A warning if it moves not even the nearest by
+  // a sixteenth of a pixel. If a device has too little memory, the host does it all.
   DepthEstimate Estimate(const PosedCamera& view, Monitor& monitor) override;
   // The baseline is that of the whole view; only the part is rendered, searched and matched.
   DepthEstimate EstimatePart(const PosedCamera& view, const GridRect& part,

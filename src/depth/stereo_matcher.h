@@ -19,7 +19,7 @@ struct DisparityRange {
 };
 
 struct StereoMatch {
-  // s = x_left - x_right >= 0 of each left pixel, sub-pixel; negative where there is no match.
+  // s = x_left - x_right >= 0 of each left pixel, sub-pixel; negative if it has no match.
   ScalarImage disparity;
 };
 
@@ -27,14 +27,14 @@ class StereoMatcher {
  public:
   virtual ~StereoMatcher() = default;
   // Disparity of `left` against `right`, two images of one size whose rows correspond. A pixel can
-  // be matched only when x >= lowest + count - 1: pad on the left by that much to match them all.
-  // Called from several threads at once, a network from one. What takes long ends when the
-  // monitor is cancelled.
+  // be matched only if x >= lowest + count - 1: pad on the left by that much to match them all.
+  // Called from several threads at once, a network from one. Long operations end when the monitor
+  // is cancelled.
   virtual StereoMatch Match(const Image8& left, const Image8& right, const DisparityRange& range,
                             const Monitor& monitor) const = 0;
-  // Of a matcher that the user brings, which results then depend on: what it is, to the version.
+  // Identifies a user's own matcher and its version, because results depend on it.
   virtual std::string Identity() const { return {}; }
-  // Larger ones it does not find.
+  // The largest disparity that it finds.
   virtual int MostDisparity() const { return std::numeric_limits<int>::max(); }
 };
 

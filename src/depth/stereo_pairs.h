@@ -25,8 +25,8 @@ Motion MotionOf(Shift shift);
 // The view that sees `rect` of `view`'s image plane; it may reach beyond the image.
 PosedCamera CropCamera(const PosedCamera& view, const GridRect& rect);
 PosedCamera ShiftCamera(const PosedCamera& view, Shift shift, double baseline);
-// The image grown by a few pixels all round, and by `padding` on the side from which content enters
-// the shifted view, so that every pixel of the image can be matched.
+// The image plus a few pixels all round, plus `padding` on the side from which content enters the
+// shifted view. So every pixel of the image can be matched.
 GridRect PairRect(const Camera& camera, Shift shift, int padding);
 
 GridRect Union(const GridRect& a, const GridRect& b);
