@@ -59,7 +59,7 @@ class BackgroundOptimizer {
   void Cancel();  // the running or waiting job; returns at once
   void Wait();    // until nothing runs or waits to run; do not call while paused
 
-  void Forget();  // the newest snapshot, where nothing runs
+  void Forget();  // the newest snapshot, if nothing runs or waits
 
   State state() const;
   // The newest snapshot, null before the first. Only of the newest job once it has published.

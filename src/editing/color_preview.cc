@@ -132,7 +132,7 @@ class ColorPreview::Arrays : public std::enable_shared_from_this<Arrays> {
 
   explicit Arrays(std::shared_ptr<const GaussianModel> original) : original_(std::move(original)) {}
 
-  // One more free one, where there are fewer than `count`; false: there are enough.
+  // Makes one more array if fewer than `count` are free. False if it made none.
   bool MakeReady(size_t count) {
     {
       const std::lock_guard lock(mutex_);

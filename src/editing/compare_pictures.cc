@@ -124,8 +124,9 @@ std::string NameOf(const EditedPicture& picture) {
   return picture.file.empty() ? "the picture of view " + picture.view : picture.file;
 }
 
-// Refuses a picture of another view: neither half of it is as it was, nor are edges where they
-// were beside `changed`, the mask in which it is taken over (no pixels: everywhere).
+// Refuses a picture of another view. In such a picture even the more similar half of the pixels
+// differs, and edges beside `changed`, the mask in which the picture is used (no pixels:
+// everywhere), differ.
 void RequireLikeness(const EditedPicture& picture, const Image& view, const Mask& changed) {
   if (MeanDifference(picture.image, view) < kLike) return;
   if (EdgeCorrelation(picture.image, view, changed) > kLeastEdges) return;
@@ -153,7 +154,7 @@ ScalarImage Residuals(const Pair& pair, const Mask& mask, const CompiledEdit* ed
   return residuals;
 }
 
-// Of the view; empty where there is none.
+// Of the view; empty if it has none.
 Mask MaskOf(const RegionSelection& selection, const std::string& view, const Workspace& workspace) {
   for (const PaintedView& painted : selection.source.painted) {
     const std::vector<std::string> names = PaintedNames(workspace, painted);

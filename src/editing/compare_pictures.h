@@ -32,16 +32,16 @@ std::vector<std::filesystem::path> FilesCompared(const ColorOperation& op,
 std::map<std::string, Mask> ChangedMasks(ColorOperation& op, OpenScene& scene,
                                          std::span<const float> sh);
 
-// Adds a picture to the operation of `edit` that has them, or one at its end: the newest of a
-// picture counts, and `views` show what is in this one. Of earlier pictures nothing is read again.
+// Adds a picture to the picture operation of `edit`, or to a new one at its end. It replaces those
+// of `views`, the views that it shows. Earlier pictures are not read again.
 void AddPicture(ColorEdit& edit, EditedPicture picture, const std::vector<std::string>& views);
 
 // Compares the pictures of `op` with their views inside `selection`, after the operations `before`
-// it: fits the color map that explains most of the pixels, keeps it as op.table where it says more
-// than that nothing changed, and keeps what it does not explain as layers. Of pictures that were
-// compared before, layers stay, and the map too where it explains the new pictures as well as one
-// of their own. InputError as ReadPictures, when the selection shows in none of the views, and when
-// nothing was changed.
+// it. It fits the color map that explains most of the pixels, and stores it as op.table if that is
+// better than no change. The changes that the map does not explain are stored as layers. Layers of
+// pictures that were compared before stay. So does the map, if it explains the new pictures as well
+// as a map of their own. InputError as ReadPictures, if the selection shows in none of the views,
+// and if nothing was changed.
 void ComparePictures(ColorOperation& op, const ColorEdit& before, const RegionSelection& selection,
                      OpenScene& scene, std::span<const float> sh);
 

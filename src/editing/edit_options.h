@@ -31,12 +31,12 @@ std::vector<std::string> Presets();
 
 // OptionError for a name that is none of Presets().
 //
-// "paper" is ReCoGS as published (STAG 2025): one rendered pair to the right and one below, matched
-// without a choice between sides, the lesser depth of the two, no second opinion from the
-// Gaussians' depth, no refinement; 70 % of the mask's pixels, outliers removed by 16 neighbors and
-// a factor of 0.007, no registration; quads of one size on the training views; their photos,
-// edited, as targets; Adam on L1 and D-SSIM from the original coefficients, until it is stopped.
-// docs/method.md sets it beside what Retint does.
+// "paper" is ReCoGS as published (STAG 2025). Depth: one rendered pair to the right and one below,
+// matched without a choice between sides, the lesser of the two depths, no check by the Gaussians'
+// depth, no refinement. Selection: 70 % of the mask's pixels, outliers removed by 16 neighbors and
+// a factor of 0.007, no registration; quads of one size on the training views. Fit: to their edited
+// photos, by Adam on L1 and D-SSIM from the original coefficients, until it is stopped.
+// docs/method.md compares it with Retint.
 EditOptions PresetOptions(std::string_view name);
 
 }  // namespace retint

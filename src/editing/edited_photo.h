@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the edits of regions make of a picture, and of a photo at its full size and in its own lens.
+// Applies regions' edits to a picture, or to a photo at its full size and in its own lens.
 #pragma once
 
 #include "editing/region.h"
@@ -11,7 +11,7 @@
 
 namespace retint {
 
-// `edit` of a region over what `camera` sees, weighted by `mask`; all have one size. Not clamped.
+// Applies `edit` to `picture`, seen by `camera`, weighted by `mask`; of one size. Not clamped.
 void ApplyEdit(OpenScene& scene, const Region& region, const ColorEdit& edit,
                const PosedCamera& camera, const Mask& mask, Image& picture);
 

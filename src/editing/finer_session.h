@@ -13,8 +13,8 @@
 namespace retint {
 
 struct FinerSession {
-  // Of the same workspace, options and views, with all regions and without their fits: the history
-  // starts anew. Null where nothing was to be split.
+  // Of the same workspace, options and views, with all regions but without their fits. Its history
+  // is empty. Null if there was nothing to split.
   std::unique_ptr<EditSession> session;
   RefineSummary summary;
 };
@@ -42,8 +42,8 @@ struct PaintDetail {
   double on_large = 0;  // the fraction of the visible weight on Gaussians longer than 3 pixels
   double pixels = 0;    // their mean length, standard deviation; 0: there are none
   bool IsTorn() const { return on_large >= kMuchPaint; }
-  // "97 % of the paint is on Gaussians too large for stripes or letters", and what is to be
-  // expected of parts of the default size: "details would be about 7 times as fine".
+  // For example "97 % of the paint is on Gaussians too large for stripes or letters", and the gain
+  // that parts of the default size are expected to bring: "details would be about 7 times as fine".
   std::string Problem() const;
   std::string Gain() const;
 };

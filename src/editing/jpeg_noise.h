@@ -8,13 +8,13 @@
 
 namespace retint {
 
-// DeltaE00 [H, W] between a picture and the view that it was made from, above which a pixel was
-// changed: LeastChange() of the whole. Where `file`, from which the picture was read, is a JPEG,
-// the view is saved in the same way, with the file's own quantization and subsampling; where it is
-// a lossy WebP, at the quality at which the view makes a file of its size. The noise of such a file
-// in the view is no change then. Neither is its noise around paint nearby, which it smears over
-// blocks of up to 16 pixels. So the threshold is high at edges, and low elsewhere. An empty path,
-// or one that is not there, loses nothing.
+// Thresholds, DeltaE00 [H, W], above which a pixel of a picture counts as changed from the view
+// that it was made from. They are at least LeastChange() of the whole. If `file`, from which the
+// picture was read, is a JPEG or a lossy WebP, the view is compressed in the same way: with the
+// JPEG's quantization and subsampling, or to the size of the WebP. The noise of that raises the
+// thresholds, and so does the noise around nearby changes, in blocks of up to 16 pixels. So they
+// are high at edges, and low elsewhere. If `file` is empty or missing, the picture counts as not
+// compressed.
 ScalarImage LeastChanges(const Image8& picture, const Image& view,
                          const std::filesystem::path& file);
 

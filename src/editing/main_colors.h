@@ -14,14 +14,14 @@
 
 namespace retint {
 
-// Whether a mask shows what is measured, and of so many views in whose masks it shows, which of
-// them are.
+// Whether a view with this mask can be measured, and the indices of the views to measure, of
+// `count` that can be.
 bool IsMeasured(const Mask& mask);
 std::vector<size_t> ViewsMeasuredOf(size_t count);
 
-// [P, 3]: the pixels that were painted, or where the masks came from elsewhere, those of up to
-// eight views that they show in, as the coefficients `sh` [N, K, 3] render them; of each view at
-// most some ten thousands.
+// [P, 3]: the pixels inside the painted masks, as the coefficients `sh` [N, K, 3] render them. If
+// the masks came from elsewhere, those of up to eight views that have some. Of each view at most
+// some ten thousands.
 std::vector<float> PixelsOfSelection(const RegionSelection& selection, const Workspace& workspace,
                                      Renderer& renderer, std::span<const float> sh);
 
@@ -29,10 +29,10 @@ std::vector<float> PixelsOfSelection(const RegionSelection& selection, const Wor
 // smaller picture than the mask's.
 std::vector<float> PixelsInside(const PosedCamera& camera, const Mask& mask, Renderer& renderer);
 
-// `edit` with what its operations wait for (ColorEdit::NeedsMainColor), measured on those pixels
-// after the operations before it in the list: main colors, palettes, which keep as many colors as
-// there are, and the comparison of pictures with their views. InputError when the selection has no
-// pixel, or not the color that is to be changed; of pictures as ComparePictures.
+// `edit` with its missing values (ColorEdit::NeedsMainColor), measured on those pixels after the
+// operations before it in the list. These are main colors, palettes, which keep their number of
+// colors, and the comparison of pictures with their views. InputError if the selection has no
+// pixel, or not the color that the edit changes; for pictures as ComparePictures.
 ColorEdit WithMainColors(ColorEdit edit, const RegionSelection& selection, OpenScene& scene,
                          std::span<const float> sh);
 // The same with pixels that are at hand, of an edit without pictures.

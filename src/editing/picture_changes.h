@@ -25,26 +25,26 @@ Mask ChangedPixels(const ScalarImage& difference, const ScalarImage& least);
 // 255 in the pixels around a mask, up to 3 % of the smaller side away.
 Mask Surroundings(const Mask& mask);
 
-// Takes the difference back to 0 where what differs, by more than `least`, is no more than a thin
-// strip along the end of `inside`: pixels there show what lies beyond too, or the brush ran over.
+// Resets the difference to 0 in differences above `least` that form only a thin strip along the end
+// of `inside`. Pixels there also show the background, or the brush ran over.
 void DropRim(ScalarImage& difference, const ScalarImage& least, const Mask& inside);
 
-// Takes the difference back to 0 but for what is connected and strong: where a map of colors
-// explains nearly all, lettering is paint, and faint or single pixels beside it are none.
+// Resets the difference to 0 except in connected, strong parts. If a color map explains nearly all,
+// lettering stays, and faint or single pixels are dropped.
 void DropStray(ScalarImage& difference, const ScalarImage& least);
 
-// A mask without what a brush touched beyond the thing that it painted: strips along the mask's
-// end, some pixels wide, that lie behind, past a jump in `depth` [H, W].
+// A mask without the pixels that a brush touched beyond the painted thing: strips along the mask's
+// end, some pixels wide, on surfaces behind a jump in `depth` [H, W].
 Mask WithoutSpill(Mask mask, const DepthMap& depth);
 
 // The mask and the pixels around, up to 1.5 % of the smaller side away: lettering and its
 // surroundings.
 Mask Widened(Mask mask);
 
-// What was painted on a view inside `inside`: where `difference` from what the rest of the edit
-// makes of the view is more than `least`, and what lies in narrow gaps between. At the end of the
-// selection, the paint goes on for two pixels in the colors that it has nearby, for views whose
-// pixels reach a little farther. All have the view's size. None where nothing was painted.
+// The painted layer of a view, inside `inside`: the pixels whose `difference` from the rest of the
+// edit is more than `least`, and narrow gaps between them. At the end of the selection, the layer
+// goes on for two pixels in the nearby painted colors, for views whose pixels reach a little
+// farther. All have the view's size. None if nothing was painted.
 std::optional<PaintLayer> PaintedLayer(const std::string& view, Image8 picture,
                                        const ScalarImage& difference, const ScalarImage& least,
                                        const Mask& inside);

@@ -40,8 +40,8 @@ class RefitChain : public OptimizerJob {
   void Begin(Monitor& monitor);
   void Finish();
 
-  // What the regions before index_ left: the original where none of them was fitted, so that a
-  // single region costs no copy of the scene.
+  // The scene after the regions before index_. If none of them was fitted it is the original, so
+  // that a single region costs no copy of the scene.
   const GaussianModel& Current();
   FloatArray CurrentSh() const;
 
@@ -56,12 +56,12 @@ class RefitChain : public OptimizerJob {
   std::map<RegionId, std::shared_ptr<const RegionFit>> fits_;
 };
 
-// Coefficients after the visible regions of `state` from `first` on, starting from `sh`,
-// [N, num_coeffs, 3]: fits where their key is up to date, else closed forms, with paint as each
-// Gaussian takes it by itself. If only the regions before a region have changed, its fit still
-// holds for the Gaussians that none of them touches: an edit of one region does not move another.
-// `original` is the scene's, of whose coefficients only the layout and the color space count. Of a
-// part of the scene, to which shares and fits were reduced, also which of its Gaussians they are,
+// Coefficients after the visible regions of `state` from `first` on, starting from `sh`, [N,
+// num_coeffs, 3]. A fit is used if its key is up to date, else closed forms, with layers as
+// each Gaussian takes them by itself. If only the regions before a region have changed, its
+// fit still holds for the Gaussians that none of them touches, so that an edit of one region
+// does not move another. `original` is the scene's; only its layout and color space count. If
+// shares and fits were reduced to a part of the scene, `gaussians` are that part's,
 // ascending.
 FloatArray ComposeSh(Backend& backend, const RegionSet& state, const RefitJob& job, size_t first,
                      size_t last, FloatArray sh, const GaussianModel& original,

@@ -47,9 +47,9 @@ class RefitService {
   // The last refit's summaries: counts summed over the visible regions.
   RefitSummary Summary() const;
 
-  // What a region's edit did between two sets of coefficients, [N, K, 3] each: against its targets
-  // on the training and the held-out views; of each at most so many, spread evenly (0: all), and
-  // of their pixels every `row_step`-th row, see EvaluateEdit().
+  // The effect of a region's edit between two sets of coefficients, [N, K, 3] each, against its
+  // targets on the training and the held-out views. Of each kind at most `most_views` are used,
+  // spread evenly (0: all), and every `row_step`-th row of their pixels, see EvaluateEdit().
   QualityReport Evaluate(RegionId id, std::span<const float> sh_before,
                          std::span<const float> sh_after, TargetKind target, Monitor& monitor,
                          size_t most_views = 0, int row_step = 1);
@@ -57,9 +57,9 @@ class RefitService {
   // Not clamped.
   Image Edited(const View& view, Image picture) const;
 
-  // What a picture of one view is before the picture step of a region's edit, or after all its
-  // steps where it has none, and with that step: by what is applied before, the visible regions
-  // before it and its steps before that one, at full strength. Not clamped.
+  // A picture of one view before the picture step of a region's edit, and after it, at full
+  // strength. The visible regions before it and the earlier steps of its edit are applied to both.
+  // Without a picture step, both are after all steps. Not clamped.
   struct PictureStep {
     Image before, with;
   };
@@ -74,8 +74,8 @@ class RefitService {
   std::vector<RefitTarget> Targets(const Region& region, const std::vector<const View*>& views,
                                    TargetKind target, Monitor& monitor, size_t most_views = 0,
                                    bool in_background = false);
-  // A photo that was read already or, where there is no more room for it and `later` allows it,
-  // that is read whenever it is asked for.
+  // A photo, read already or, if there is no more room for it and `later` allows it, read at every
+  // call.
   std::function<std::shared_ptr<const Image>()> Photo(const std::string& view, bool later);
   RefitChainInput ChainInput(const RefitJob& job, Monitor& monitor, bool in_background);
 

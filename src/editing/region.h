@@ -66,9 +66,9 @@ struct RegionSet {
 
   const Region* Find(RegionId id) const;
   Region* Find(RegionId id);
-  // Names everything that the fit of regions[index] depends on: it and the visible regions before
-  // it (selection, edit, strength), and each option of the job that applies to its solver, memory
-  // among them: what does not fit into the region cache is fitted with unrounded weights.
+  // Names everything that the fit of regions[index] depends on: its and the earlier visible
+  // regions' selection, edit and strength, and the job's options that apply to its solver. Memory
+  // is one of them: weights that do not fit into the region cache are not rounded.
   std::string FitKey(size_t index, const RefitJob& job) const;
   // Whether both would be saved alike: all but fits and paint, which are derived.
   bool SavesLike(const RegionSet& other) const;

@@ -75,8 +75,8 @@ class RegionStore {
   uint64_t next_selection_ = 1;
 };
 
-// What a refit of `masks` aims at in `views`, those that have a mask: their renders, edited. The
-// masks outlive the result.
+// The targets of a refit in those of `views` that have a mask: their renders, edited. The masks
+// must outlive the result.
 std::vector<RefitTarget> RenderTargets(const Reconstruction& reconstruction,
                                        const std::map<std::string, Mask>& masks,
                                        const std::vector<const View*>& views);
