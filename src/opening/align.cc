@@ -163,9 +163,9 @@ class Comparison {
     return motion;
   }
 
-  // Moving the cameras by Motion(step) moves the scene that they see the other way: of point X by
-  // -(unit t + w x (X - c) + s (X - c)), and so its pixel; the picture changes by minus its
-  // gradient times that.
+  // Moving the cameras by Motion(step) moves the scene that they see the other way: point X moves
+  // by -(unit t + w x (X - c) + s (X - c)). The picture at its pixel then changes by minus its
+  // gradient times the pixel's motion.
   System Linearize(const Sim3d& splat_from_world, size_t level) {
     constexpr double kHuber = 0.1;
     constexpr float kOpaque = 0.5F;

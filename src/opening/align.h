@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The similarity between a splat and a workspace that are of one scene but not in one frame:
-// exports of tools that center, scale and turn what they train (nerfstudio's dataparser, gsplat's
-// normalize_world_space) or that people turned since.
+// The similarity between a splat and a workspace of one scene in different frames. Causes are tools
+// that center, scale and turn the scene that they train (nerfstudio's dataparser, gsplat's
+// normalize_world_space), and people who turn it later.
 #pragma once
 
 #include <filesystem>
@@ -44,13 +44,13 @@ ReducedPhoto Reduced(const Image& photo, const Camera& camera, int step);
 std::vector<std::filesystem::path> FindTransformFiles(const std::filesystem::path& workspace,
                                                       const std::filesystem::path& splat);
 
-// Starts from how the splat is given to lie, from `files` and from the sparse points, registered to
-// the Gaussians' centers (opening/point_registration.h); keeps the one whose renders are
-// most like the photos, and refines it by them, coarse to fine: Levenberg-Marquardt on robust color
-// differences, whose derivatives follow from the renders' gradients and depths (Lucas and Kanade
-// 1981). Without photos the points alone decide. InputError when there is nothing to go by: neither
-// points nor photos, or no start at which renders and photos have anything in common. Stages:
-// "points", "align".
+// The starts are the splat's given frame, `files`, and the sparse points, registered to the
+// Gaussians' centers (opening/point_registration.h). The one whose renders are most like the
+// photos is refined, coarse to fine, by Levenberg-Marquardt on robust color differences.
+// Their derivatives follow from the renders' gradients and depths (Lucas and Kanade 1981).
+// Without photos only the points decide. InputError if there are neither points nor photos,
+// or no start at which renders and photos have anything in common. Stages: "points",
+// "align".
 AlignResult Align(const std::shared_ptr<Backend>& backend, const Workspace& workspace,
                   const GaussianModel& model, const std::vector<std::filesystem::path>& files,
                   const AlignOptions& options, Monitor& monitor);

@@ -11,9 +11,9 @@ namespace retint {
 // Splat files of a folder, sorted by name, without hidden ones.
 std::vector<std::filesystem::path> SplatsIn(const std::filesystem::path& folder);
 
-// The splat that belongs to a workspace by its place and name: `splat.*` in the folder, else the
-// only splat file in it, else `point_cloud` of the newest of point_cloud/iteration_*, where 3DGS
-// training code leaves it. Extensions are those of the splat formats that can be read.
+// The splat that belongs to a workspace: `splat.*` in the folder, else the only splat file in it.
+// Else it is `point_cloud` of the newest point_cloud/iteration_*, where 3DGS training code writes
+// it. Extensions are those of the splat formats that can be read.
 std::optional<std::filesystem::path> FindSplat(const std::filesystem::path& workspace);
 
 }  // namespace retint

@@ -53,9 +53,9 @@ struct SessionOptions {
   void Check() const;
 };
 
-// The Gaussians of a splat in a file larger than memory that some views may see
-// (pipeline/large_scene.h): which of the file's records a model's Gaussians are, and from where
-// they look as the whole does.
+// A part of a splat whose file is larger than memory: the Gaussians that some views may see
+// (pipeline/large_scene.h). It has the records in the file of the model's Gaussians, and the views
+// from which the part looks like the whole.
 struct ScenePart {
   std::shared_ptr<const PlyFile> file;
   std::vector<uint32_t> records;  // [N] of the model's Gaussians, ascending
@@ -112,8 +112,8 @@ class OpenScene {
 
   // One view with the coefficients `sh`, [N, K, 3]. Not clamped.
   Image Render(const View& view, std::span<const float> sh);
-  // The view's photo or, where there is none and where an undistorted photo does not reach, the
-  // original as it renders, so that nothing is asked for there.
+  // The view's photo. Without a photo, and outside the reach of an undistorted one, it is the
+  // original's render, so that nothing has to change there.
   Image Picture(const View& view);
   // The splat with the coefficients `sh`, atomically; all else of the source file is unchanged. Of
   // a part it is a copy of the file, in which the records that changed are patched.

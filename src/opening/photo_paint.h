@@ -22,8 +22,8 @@ inline bool IsOnPhoto(const PaintedView& painted) { return !painted.camera.camer
 // workspace has no photo of that name and size. The same for the next function.
 std::vector<std::string> PaintedNames(const Workspace& workspace, const PaintedView& painted);
 
-// The paint as each of these views has it, `seen` where the photo reaches; what is not on a photo
-// is returned as it is.
+// The mask as each of these views has it, with `seen` limited to the photo. A mask that is not on a
+// photo is returned as it is.
 std::vector<PaintedView> OnViews(const Workspace& workspace, const PaintedView& painted);
 // And of several. Of a photo that takes several views, those that are painted nowhere are left out,
 // unless all are.

@@ -11,8 +11,8 @@
 namespace retint {
 namespace {
 
-// What is beside a mask tells whether a picture shows a view: of so much of it, and of edges that
-// differ by more than those of a JPEG's noise.
+// Whether a picture shows a view is judged beside the mask, if that is at least this fraction of
+// the picture, and its edges deviate by more than a JPEG's noise.
 constexpr double kLeastBeside = 0.1, kFlat = 0.03;
 
 // Sizes of gradients of gray values at a quarter of the size; the strongest count alike.
@@ -28,7 +28,7 @@ cv::Mat Edges(const cv::Mat& gray) {
   return cv::min(edges, double(*strong));
 }
 
-// Where edges of a quarter of the size are beside a mask, 255; `size` is theirs.
+// 255 beside a mask, in edges at a quarter of the size; `size` is theirs.
 cv::Mat EdgesBeside(const Mask& mask, const cv::Size& size) {
   if (mask.Empty()) return {size, CV_8U, cv::Scalar(255)};
   const cv::Mat all(mask.height, mask.width, CV_8U, const_cast<uint8_t*>(mask.data.data()));

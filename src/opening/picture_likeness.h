@@ -10,10 +10,10 @@ namespace retint {
 // that differ least: painted pixels do not count.
 double MeanDifference(const Image8& picture, const Image& view);
 
-// Of how much neighboring pixels differ in a picture and in a view of its size, both at a quarter
-// of their size: near 1 where they show the same, whatever its colors, and small where they do not.
-// Looks beside `changed` alone (no pixels: everywhere), where the picture should be as the view is,
-// unless that is little or flat.
+// The correlation of edges, the differences of neighboring pixels, in a picture and a view of its
+// size, both at a quarter of their size. It is near 1 if they show the same, whatever the colors,
+// and small if not. It looks only beside `changed` (no pixels: everywhere), where the picture
+// should be like the view, unless that part is small or flat.
 double EdgeCorrelation(const Image8& picture, const Image& view, const Mask& changed = {});
 
 }  // namespace retint

@@ -17,8 +17,8 @@
 
 namespace retint {
 
-// The pixels in which masks are read, and masks, renders, depth maps and targets written, where a
-// camera is distorted: those of its photo, or of the pinhole views that show it.
+// The pixels of masks, renders, depth maps and targets in files if a camera is distorted: those of
+// its photo, or of the pinhole views that show it.
 enum class Pixels { kPhoto, kPinhole };
 
 struct UserPicture {
@@ -52,7 +52,7 @@ class Pictures {
   // Those that show any of the views, each once, in the order of the views.
   std::vector<const UserPicture*> Showing(const std::vector<const View*>& views) const;
 
-  // The picture of what `draw` makes of each of its faces.
+  // The picture made of the results of `draw` for each of its faces.
   Image Compose(const UserPicture& picture, const std::function<Image(const View&)>& draw) const;
   ScalarImage ComposeScalar(const UserPicture& picture,
                             const std::function<ScalarImage(const View&)>& draw) const;
@@ -81,12 +81,12 @@ class Pictures {
   // picture's photo or render itself, painted over or not: a mask is black or transparent outside.
   Mask ReadBrushOf(const UserPicture& picture, const std::filesystem::path& mask) const;
   // Strokes, 0 or 255, from a picture of any colors on black. InputError as ReadBrushOf(), for any
-  // other photo, and for strokes on a white ground: where every pixel has a stroke or, of strokes
-  // `inside`, the whole edge of the picture and most of it.
+  // other photo, and for strokes on a white ground. The ground is white if every pixel has a
+  // stroke, or strokes `inside` fill the whole edge of the picture and most of it.
   Mask ReadStrokesOf(const UserPicture& picture, const std::filesystem::path& path,
                      bool inside) const;
   // A brush mask, painted on the picture of that name, as the views of it that it paints.
-  // OptionError where the name stands for several pictures.
+  // OptionError if several pictures have that name.
   std::vector<PaintedView> ReadBrush(std::string_view name,
                                      const std::filesystem::path& mask) const;
   // The same of a mask of the picture's size that came from `origin`.

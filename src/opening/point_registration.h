@@ -26,11 +26,11 @@ struct RegisteredCloud {
   double score = 0;    // share of both clouds' points that have one of their color near, in [0, 1]
 };
 
-// Principal axes in all their 24 orders and signs, at three scales, are the first guesses; each is
-// refined by iterated closest points in both directions (so that the scale cannot collapse), with
-// weights by color and by a distance that shrinks (Fitzgibbon 2003; Umeyama 1991 for the
-// similarity). Up to `most` of them that differ, best first; none when a cloud has under 20 points.
-// Stage: "points".
+// The first guesses are the principal axes in all their 24 orders and signs, at three scales. Each
+// is refined by iterated closest points in both directions, so that the scale cannot collapse.
+// Weights depend on color and on a distance that shrinks (Fitzgibbon 2003; Umeyama 1991 for the
+// similarity). Returns up to `most` different results, best first; none if a cloud has under 20
+// points. Stage: "points".
 std::vector<RegisteredCloud> RegisterClouds(const ColoredCloud& from, const ColoredCloud& to,
                                             size_t most, Monitor& monitor);
 

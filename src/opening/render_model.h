@@ -9,8 +9,8 @@
 
 namespace retint {
 
-// Sets model.traits.render_model and its reason: `chosen`, if there is one; else what the splat's
-// file said, if it did; else what the trainer's configuration says, config.yml (nerfstudio) or
+// Sets model.traits.render_model and its reason. The first of these that exists decides: `chosen`,
+// the splat's file, or the trainer's configuration. The latter is config.yml (nerfstudio) or
 // cfg.yml (gsplat) in the splat's folder, the one above, or the workspace's. Either path may be
 // empty.
 void ChooseRenderModel(std::optional<RenderModel> chosen, const std::filesystem::path& splat,

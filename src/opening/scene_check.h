@@ -35,32 +35,32 @@ struct ViewComparison {
   // the pixels that the splat covers.
   double psnr = 0;
   double coverage = 0;  // mean opacity of the render
-  // How many dB closer a render comes to the photo where it is moved, by 1 to 8 % of the longer
-  // side, than where it is: 0 where splat and workspace fit. NaN without a photo. And how far it is
-  // moved then, of the longer side.
+  // By how many dB a render gets closer to the photo if it is moved by 1 to 8 % of the longer side:
+  // 0 if splat and workspace fit, NaN without a photo. `moved` is the length of that motion,
+  // relative to the longer side.
   double gain = 0, moved = 0;
-  double near = 0;  // share of its sparse points at z up to kNearPlane; NaN where it has none
+  double near = 0;  // share of its sparse points at z up to kNearPlane; NaN if it has no points
 };
 
 struct SceneCheck {
   std::vector<std::string> missing_photos;  // view names
   int views = 0;                            // in the workspace
   std::vector<ViewComparison> comparisons;  // of the views that were rendered
-  double median_psnr = 0;                   // NaN where no view has a photo
+  double median_psnr = 0;                   // NaN if no view has a photo
   double median_coverage = 0;
-  double median_gain = 0, median_moved = 0;  // NaN where no view has a photo
-  double median_near = 0;                    // NaN where no view has sparse points
+  double median_gain = 0, median_moved = 0;  // NaN if no view has a photo
+  double median_near = 0;                    // NaN if no view has sparse points
   std::string mismatch;               // why splat and workspace seem not to fit; empty: they do
   std::vector<std::string> warnings;  // that and missing photos, one line each, for the user
 };
 
-// Whether the splat covers less of the views than min_coverage, or where photos tell how well it
-// fits less than a tenth of that: a thing alone covers little of its views.
+// Whether the splat covers less of the views than min_coverage. If there are photos to compare
+// with, the limit is a tenth of that, because a single object covers little of its views.
 bool CoversTooLittle(const SceneCheck& check, const SceneCheckOptions& options = {});
 
-// Why the splat seems not to fit what the photos of `views` show, of which the first
-// options.max_views are compared; empty: it does, or no photo tells. These may show little of the
-// scene: how much of them the splat covers says nothing. Leaves the original's coefficients in
+// Why the splat seems not to fit the photos of `views`, of which the first options.max_views
+// are compared. Empty if it fits, or if there is no photo. The views may show little of the
+// scene, so their coverage is not judged. Leaves the original's coefficients in
 // scene.renderer().
 std::string MismatchIn(OpenScene& scene, const std::vector<const View*>& views,
                        const SceneCheckOptions& options = {});

@@ -235,7 +235,7 @@ void Normalize(std::vector<Candidate>& candidates) {
   }
 }
 
-// The worth of Gaussian g: it fades where there is only background.
+// The weight of each Gaussian: low if it is faint or far in the background.
 std::vector<double> Weights(const GaussianModel& model, const SceneShape& shape) {
   std::vector<double> weights(model.NumGaussians());
   for (size_t i = 0; i < weights.size(); ++i) {
@@ -245,8 +245,8 @@ std::vector<double> Weights(const GaussianModel& model, const SceneShape& shape)
   return weights;
 }
 
-// Greedy with bounds from earlier rounds: gains only shrink (the sum is submodular), so a candidate
-// whose old gain is below the best new one need not be looked at again.
+// Greedy with bounds from earlier rounds. Gains only shrink (the sum is submodular), so a candidate
+// whose old gain is below the best new one is skipped.
 std::vector<const Candidate*> Choose(const std::vector<Candidate>& candidates, int count,
                                      const std::vector<double>& weights) {
   std::vector<double> times(weights.size(), 0.0);

@@ -21,12 +21,12 @@ struct VirtualViewOptions {
 };
 
 // Candidates stand on rings of several heights and distances around the scene's center, looking at
-// it, and inside the scene, looking out. Each is rendered small; it counts for what it sees well
-// (blended pixels by Gaussian), as long as nothing stands right before it and its Gaussians were
-// trained from its side (TrainedShare; this tells rooms from objects and the front of a scene from
-// its back). Views are then chosen one by one, the next being the one that adds most to
-// sum_g w_g log(1 + n_g), where n_g says how often Gaussian g is seen and w_g fades with the
-// distance from the center, which leaves floaters and sky aside.
+// it, and inside the scene, looking out. Each is rendered small, and its blended pixels are counted
+// by Gaussian. They do not count if something stands right before the camera, or if the Gaussians
+// were trained from another side (TrainedShare). This tells rooms from objects, and a scene's front
+// from its back. Then views are chosen one by one. The next is the one that adds most to sum_g w_g
+// log(1 + n_g). n_g says how often Gaussian g is seen, and w_g fades with the distance from the
+// center, so that floaters and sky have little weight.
 //
 // The model comes with sparse points at opaque, small Gaussians and their tracks. The same splat
 // and options give the same views. InputError when no Gaussian is visible; OptionError for options
@@ -34,15 +34,15 @@ struct VirtualViewOptions {
 Workspace PlaceViews(const std::shared_ptr<Backend>& backend, const GaussianModel& model,
                      const VirtualViewOptions& options, Monitor& monitor);
 
-// The same, or what it gave before for the same Gaussians and options: kept in the folder `cache`,
-// of which what was not used for longest goes beyond 64 MiB. Nothing is kept where `cache` is empty
+// The same, or an earlier result for the same Gaussians and options, from the folder `cache`.
+// Beyond 64 MiB the results unused for longest are deleted. Nothing is stored if `cache` is empty
 // or cannot be written.
 Workspace PlaceViewsOnce(const std::shared_ptr<Backend>& backend, const GaussianModel& model,
                          const VirtualViewOptions& options, const std::filesystem::path& cache,
                          Monitor& monitor);
 
-// The folder in which the programs keep results that take long to compute: $RETINT_CACHE, else
-// retint in $XDG_CACHE_HOME or ~/.cache. Empty where RETINT_CACHE is, or where there is no home.
+// The folder for results that take long to compute: $RETINT_CACHE, else retint in $XDG_CACHE_HOME
+// or ~/.cache. Empty if RETINT_CACHE is empty, or if there is no home folder.
 std::filesystem::path CacheFolder();
 
 // Views that were placed before: the COLMAP model in `folder`. InputError as Workspace::Open().
