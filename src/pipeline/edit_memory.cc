@@ -80,7 +80,7 @@ size_t WorkBytes(const EditSize& size, size_t projection) {
          size.largest_pixels * kPixel + std::max({projection, fit, report});
 }
 
-// Of a device, where `before` is what the stages before the fit take.
+// Bytes on a device; `before` is the need of the stages before the fit.
 size_t OnDevice(const EditSize& size, size_t before) {
   return Of(size.gaussians, kDeviceGaussian) + size.largest_pixels * kPixel +
          std::max(before, Of(size.active, FitBytes(size.refit)));

@@ -41,9 +41,9 @@ struct MemoryLimits {
   size_t Cache(MemorySide side, size_t wanted) const;
 };
 
-// The two halves of a refusal. The limits that `bytes` exceed, as in "`memory_mb=50` is too
-// little", and what is enough, as in "`memory_mb=96` is enough": a limit, or where the GPU has
-// less, the CPU backend within `on_cpu` bytes.
+// The two halves of a refusal: the limits that `bytes` exceed, as in "`memory_mb=50` is too
+// little", and the remedy, as in "`memory_mb=96` is enough". The remedy is a limit. If the GPU has
+// less memory, it is also the CPU backend with `on_cpu` bytes.
 std::string TooLittle(const MemoryLimits& limits, const MemoryBytes& bytes);
 std::string Enough(const MemoryLimits& limits, const MemoryBytes& bytes, size_t on_cpu);
 
@@ -64,26 +64,26 @@ struct EditSize {
 // Of an edit of all that a session holds, without its fit and completion.
 EditSize SizeOfWhole(const EditSession& session);
 
-// About what it takes at its peak, beside the caches and the memory in use before. docs/scale.md
-// explains the figures, docs/benchmarks.md has measured ones.
+// About the edit's memory at its peak, without the caches and the memory in use before.
+// docs/scale.md explains the figures, docs/benchmarks.md has measured ones.
 size_t HostBytesOf(const EditSize& size);
 size_t DeviceBytesOf(const EditSize& size);  // 0 on the CPU
 // Of it, the part that the fit and its report add on the host to the opened scene; and the part on
 // the device from the fit on.
 MemoryBytes FitBytesOf(const EditSize& size);
 
-// The cache that a run can have on that side in what is left of its limit beside `taken`: what was
-// asked for, at most what MemoryLimits::Cache() says, and at most a third of what is left.
+// The cache that a run can have on that side of the memory. It is `wanted`, at most
+// MemoryLimits::Cache(), and at most a third of the rest of the limit beside `taken`.
 size_t CacheBeside(const MemoryLimits& limits, MemorySide side, size_t taken, size_t wanted);
 
 // In memory now, of the process.
 size_t ResidentBytes();
 
-// How much of its weights and targets the fit of a session's region can keep, beside all that is in
-// memory now and what the fit and the report on it will take: at most
-// size.refit.region_cache_mb, the same on all ranks. The rest is made anew in each sweep.
-// size.active is not used but counted. OptionError, one line that says what would do, where it does
-// not fit even so.
+// How much of its weights and targets the fit of a session's region can keep, the same on all
+// ranks. It is at most size.refit.region_cache_mb, and leaves room for the memory in use and the
+// needs of the fit and its report. The rest is recomputed in each sweep. size.active is ignored;
+// the active Gaussians are counted. OptionError, one line with a limit that is enough, if not even
+// the fit without a cache has room.
 size_t RegionCacheThatFits(const MemoryLimits& limits, EditSession& session, RegionId region,
                            EditSize size);
 

@@ -2,13 +2,13 @@
 // Carries out a recipe: selects, projects and refits its regions in order, then writes its files.
 // `retint recolor` and `retint run` both go through here.
 //
-// All regions are selected first and then projected, so that a scene in parts can open what they
-// need together. If Gaussians are to be split, that happens once all regions have their masks, and
-// the finer splat is the run's from then on.
+// All regions are selected first and then projected, so that a scene in parts can open the
+// Gaussians of all of them together. If Gaussians must be split, that happens once all regions have
+// their masks, and the rest of the run uses the finer splat.
 //
-// Each stage's result may be kept by its inputs. A run that was cut off, or whose recipe or
-// pictures were changed, then goes on from the first stage that is new. Scenes in parts and runs of
-// several processes keep nothing.
+// Each stage's result may be stored under its inputs. A run that was cut off, or whose recipe or
+// pictures were changed, then continues from the first stage that is new. Scenes in parts and runs
+// of several processes store nothing.
 #pragma once
 
 #include <functional>
@@ -60,9 +60,9 @@ void CheckOutputs(const EditRecipe& recipe);
 
 class EditRun {
  public:
-  // Reads the masks and pictures of the recipe and checks what it names. InputError for masks that
-  // are no pictures of their views or select nothing and for views that do not exist; OptionError
-  // for outputs that would replace inputs, and for steps that a scene in parts cannot do.
+  // Reads and checks the masks and pictures of the recipe. InputError for masks that are no
+  // pictures of their views or select nothing, and for views that do not exist. OptionError for
+  // outputs that would replace inputs, and for steps that a scene in parts cannot do.
   EditRun(const EditRecipe& recipe, SceneSource& scene, StageCache& cache, EditObserver observer);
 
   // The stages of Run(), without running them.

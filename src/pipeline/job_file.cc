@@ -32,7 +32,7 @@ class JobReader {
  private:
   fs::path Path(const Node& node) const;
   fs::path OptionalPath(const Node& parent, const char* key) const;
-  // `options` with what `parent` holds under "options".
+  // `options` changed by the entries of `parent`'s "options".
   EditOptions Options(const Node& parent, EditOptions options, bool with_refit) const;
   RefineOptions Refine(const Node& node) const;
   void Scene(const Node& node, EditRecipe* job) const;

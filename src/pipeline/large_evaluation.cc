@@ -161,7 +161,7 @@ class Evaluator {
     sums_.resize(2 * followed_.size());
   }
 
-  // Empty where there is none, or none with a selected pixel.
+  // Empty if it has no mask, or none with a selected pixel.
   Mask MaskOf(const View& view) const {
     const UserPicture& picture = *pictures_.Showing({&view}).front();
     const auto found = job_.masks.masks.find(picture.name);

@@ -22,9 +22,9 @@ struct SplatShape {
   size_t count = 0;  // Gaussians
   int sh_degree = 0;
 };
-// InputError where there are not as many Gaussians of the same degree.
+// InputError unless both have as many Gaussians of the same degree.
 void CheckSameShape(const SplatShape& before, const SplatShape& after);
-// InputError: their means are others.
+// InputError: their means differ.
 [[noreturn]] void FailOfOtherMeans(const std::filesystem::path& before,
                                    const std::filesystem::path& after);
 

@@ -37,9 +37,9 @@ struct LargeSceneOptions {
 // not.
 bool IsTooLarge(const std::filesystem::path& splat, const MemoryLimits& limits, size_t cache_bytes);
 
-// Builds the index at `path` within what the limit leaves beside all that is in memory already, or
-// opens the one that is there and fits; `force`: builds it in any case. `built` says why it was
-// built. OptionError, one line that says which --memory-mb is enough, before memory is taken.
+// Opens the index at `path`, or builds it if there is none that fits, or with `force`. Building
+// uses only memory that the limit leaves; `built` gets the reason for it. OptionError, one line
+// with the --memory-mb that is enough, before memory is allocated.
 SplatIndex OpenIndex(const PlyFile& splat, const std::filesystem::path& path,
                      const MemoryLimits& limits, SplatIndexOptions options, bool force,
                      Monitor& monitor, std::string* built);
@@ -57,10 +57,10 @@ class LargeScene {
   const PlyFile& file() const { return *file_; }
   size_t NumGaussians() const { return static_cast<size_t>(file_->count()); }  // of the splat
 
-  // Sessions of a part each. `before`, which is given up first, hands its clock on. OptionError,
-  // one line that says what would do, where a part does not fit into the limits.
+  // Sessions of a part each. `before` is freed first, and its clock is passed on. OptionError, one
+  // line with the limit that is enough, if a part does not fit into the limits.
 
-  // The pictures of these names, to be looked at or painted on. InputError where they show nothing.
+  // The pictures of these names, to be looked at or painted on. InputError if they show nothing.
   std::unique_ptr<EditSession> Show(const std::vector<std::string>& pictures,
                                     std::unique_ptr<EditSession> before, Monitor& monitor);
   // These views. If they see nothing, some other Gaussians stand for it.
@@ -75,9 +75,9 @@ class LargeScene {
   std::unique_ptr<EditSession> ForSelections(const std::vector<const SelectionSource*>& selections,
                                              const std::vector<std::string>& pictures,
                                              std::unique_ptr<EditSession> before, Monitor& monitor);
-  // What `masks` select. The views whose masks have a selected pixel, and of those whose mask is
-  // empty the ones that may see a Gaussian of `shares` above the threshold or, where no shares are
-  // known, one that the first may see. Of a fit of all views the others would change no bit.
+  // The selection of `masks`: the views whose masks have a selected pixel, and some of those with
+  // an empty mask. These may see a Gaussian of `shares` above the threshold or, if no shares are
+  // known, one that the former views may see. In a fit of all views the others would change no bit.
   std::unique_ptr<EditSession> ForMasks(const MaskFolder& masks, const SparseShares& shares,
                                         double active_threshold, Monitor& monitor);
 
@@ -87,16 +87,16 @@ class LargeScene {
   // These views, with room for a second set of coefficients.
   std::unique_ptr<EditSession> ToCompare(std::span<const View* const> views,
                                          std::unique_ptr<EditSession> before, Monitor& monitor);
-  // What `selected` may see, ascending. OptionError, before memory is taken, where `bytes` of each
-  // of these do not fit beside any of `views`; else they count as in memory beside what is opened.
+  // The records that `selected` may see, ascending. OptionError, before memory is allocated, if
+  // `bytes` each do not fit beside any of `views`. Else they count as in use from now on.
   std::vector<uint32_t> RecordsOf(const std::vector<const View*>& selected, size_t bytes,
                                   const std::vector<const View*>& views);
-  // Memory in use now stays in use beside the scene that is opened from now on. While nothing is.
+  // Memory in use now counts as in use beside the scenes opened later. Call it while none is open.
   void CountWhatIsHeld();
 
-  // Writes the index of `copy`, a copy of the splat in which nothing but colors differs, beside it.
-  // It is to go beside `target`: false, and nothing is written, where something else than an index
-  // lies there. RunError as SplatIndex::WriteFor().
+  // Writes the index of `copy`, a copy of the splat with other colors, beside it. The index will
+  // belong beside `target`. False, and nothing is written, if another file than an index has that
+  // name. RunError as SplatIndex::WriteFor().
   bool WriteIndexOf(const std::filesystem::path& copy, const std::filesystem::path& target) const;
 
   // Of the session that was opened last.
@@ -119,7 +119,7 @@ class LargeScene {
   std::vector<uint32_t> BlocksOf(const Need& need) const;
   uint64_t VisibleTo(const PosedCamera& camera) const;  // Gaussians, at most
   EditSize SizeOf(const Need& need) const;
-  // With what is in memory already; without caches.
+  // Including the memory in use; without caches.
   MemoryBytes BytesFor(const EditSize& size) const {
     return {base_bytes_ + HostBytesOf(size), DeviceBytesOf(size)};
   }

@@ -18,14 +18,14 @@
 
 namespace retint {
 
-// What `refit` keeps of a region in memory is made to fit into the limits, beside what `large` or,
-// if that is null, the whole scene takes. A whole scene has a limit on the CPU only if one was
-// given. OptionError as RegionCacheThatFits().
+// Limits the memory that `refit` uses for a region, so that it fits beside `large` or, if that is
+// null, the whole scene. A whole scene has a limit on the CPU only if one was given. OptionError as
+// RegionCacheThatFits().
 void LimitRegionCache(const MemoryLimits& limits, const LargeScene* large, EditSession& session,
                       RegionId region, RefitOptions* refit);
 
-// `session`'s splat to `staged`, which becomes `target`. Of a splat in parts, the index of the copy
-// too; if there is none, the sentence that is returned says why.
+// Writes `session`'s splat to `staged`, which becomes `target`. For a splat in parts it also writes
+// the index of the copy; if it cannot, the returned sentence says why.
 std::string WriteEdited(const EditSession& session, const LargeScene* large,
                         const std::filesystem::path& staged, const std::filesystem::path& target,
                         Monitor& monitor);
