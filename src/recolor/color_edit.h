@@ -48,9 +48,9 @@ struct ColorEdit {
   // Whether an operation waits for a color of the region that it will be applied
   // to, as "make it this color" does until the main color is measured.
   bool NeedsMainColor() const;
-  // Whether a view's target is more than a map of its colors: a picture was
-  // painted that no color map explains, see PaintCarrier. As a map of colors,
-  // the edit is then that of what was not painted.
+  // Whether a view's target is more than a map of its colors: a picture was painted that no color
+  // map explains, see PaintCarrier. As a map of colors, the edit is then the one outside the
+  // painted layers.
   bool HasPaint() const;
   // OptionError naming the operation and its fault.
   void Check() const;

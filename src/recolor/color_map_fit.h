@@ -14,10 +14,10 @@ inline constexpr int kFittedTableSize = 17;  // nodes a side
 // f(c) - c minimizes
 //     sum_i w_i |f(before_i) - after_i|^2 + smoothness * sum of squared second differences
 //     + steadiness * sum of squared first differences,
-// over its nodes, so that it is what the pairs say where there are any, and beyond them goes on
-// smoothly with the same change. The weights w fall with the residual (Geman and McClure 1987, by
-// iterated least squares from a smooth start), so that pairs that contradict most others, such as
-// lettering on a graded picture, do not count. Values are in [0, 1]. Needs at least one pair.
+// over its nodes. So it follows the pairs near them, and beyond them continues smoothly with the
+// same change. The weights w fall with the residual (Geman and McClure 1987, by iterated least
+// squares from a smooth start). So pairs that contradict most others, such as lettering on a graded
+// picture, do not count. Values are in [0, 1]. Needs at least one pair.
 ColorTable FitColorTable(std::span<const float> before, std::span<const float> after);
 
 }  // namespace retint

@@ -38,8 +38,8 @@ class DirectionFit {
   std::span<const float> fit() const { return {fit_.data(), size_t(fit_.size())}; }
   int directions() const { return int(colors_.rows()); }
 
-  // [K, 3], of coefficients `sh` [K, 3]: the fit of what `change` makes of the color in each
-  // direction: of the color, which may be negative, and the color that shows.
+  // [K, 3], for coefficients `sh` [K, 3]: the fit to the values of `change` in each direction.
+  // `change` gets the color, which may be negative, and the visible color, max(0, color).
   template <typename Change>
   Colors Fit(const float* sh, const Change& change) const {
     const Eigen::Map<const Colors> coefficients(sh, colors_.cols(), 3);

@@ -12,18 +12,18 @@
 
 namespace retint {
 
-// The value of an operation's option: its parameters' values in order, or
-// KEY=VALUE, separated by commas; values of one key by colons; a color also as
-// #rrggbb or by name; strength=S for any. No key comes twice. A white balance may have
-// gray=COLOR instead, and becomes the one that makes this color gray. For a
-// LUT and a picture the path of the file, and its strength. OptionError naming
-// the operation; InputError for the file. `warnings`, here and below, get a sentence for each part
-// that differs from the request.
+// The value of an operation's option: its parameters' values in order, or KEY=VALUE,
+// separated by commas; values of one key by colons. A color may also be #rrggbb or a name;
+// any operation may have strength=S. No key comes twice. A white balance may have
+// gray=COLOR instead, and becomes the one that makes this color gray. A LUT or a picture
+// has the path of the file, and its strength. OptionError naming the operation; InputError
+// for the file. `warnings`, here and below, get a sentence for each part that differs from
+// the request.
 ColorOperation ParseOperation(const ColorOperationType& type, std::string_view text,
                               std::vector<std::string>* warnings = nullptr);
 
-// Of FILE[,strength=S] the FILE; where a file's own name ends like that, all of
-// it.
+// The FILE of FILE[,strength=S]. If there is a file whose own name ends like that, all of the
+// text.
 std::string_view FileOf(std::string_view text);
 
 // {"operations": [{"op": "tint", "color": [R, G, B]}, ...]}. Files of tables

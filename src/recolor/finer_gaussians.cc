@@ -29,7 +29,7 @@ constexpr double kMostOpacity = 0.99;   // as renderers have it
 constexpr double kRendererBlur = 0.5477;  // pixels: renderers widen a Gaussian by 0.3 px^2
 constexpr int kRounds = 40;
 constexpr size_t kMostParts = 4096;  // of one Gaussian; where it would have more, they are larger
-constexpr double kLeastCoarser = 1.02;  // a step of the parts' size where there are too many
+constexpr double kLeastCoarser = 1.02;  // a step of the parts' size if there are too many
 
 // The parts along one axis of a Gaussian, whose own deviation is 1.
 struct Axis {
@@ -165,7 +165,7 @@ struct Plan {
 
 Plan PlanOf(const GaussianModel& model, size_t g, const PartSize& wanted) {
   Plan plan;
-  // The opacity of an antialiased Gaussian makes up for what it is widened by.
+  // The opacity of an antialiased Gaussian compensates for its blur.
   const bool is_mip = model.traits.render_model == RenderModel::kMip;
   const double blur = is_mip ? 0 : double(wanted.blur);
   double size = double(wanted.deviation);
@@ -245,8 +245,8 @@ SourceLayout LayoutFor(const SourceLayout& source, const std::vector<int32_t>& p
   return layout;
 }
 
-// Of each Gaussian inside: as many pixels in the view that is closest among those that show its
-// middle inside their masks, and the mean of what these blur it by.
+// For each Gaussian inside: the size of a pixel times options.pixels, in the closest of the views
+// that show its middle inside their masks, and the mean of the blur in these views.
 std::vector<PartSize> SizesOf(const GaussianModel& model, const std::vector<RefitTarget>& targets,
                               const std::vector<float>& shares, const RefineOptions& options) {
   std::vector<PartSize> sizes(model.NumGaussians());
@@ -286,7 +286,7 @@ size_t CountParts(const Plan& plan) {
   return count;
 }
 
-// Larger parts where there would be too many of them; by how much, as a factor.
+// Makes parts larger if there would be more than `most`; returns the factor.
 double Coarsen(const GaussianModel& model, std::vector<PartSize>& sizes, int most) {
   double factor = 1;
   for (;;) {

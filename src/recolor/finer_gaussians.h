@@ -33,13 +33,13 @@ struct PartSize {
 // until its place, size, opacity and colors are set.
 FinerGaussians CopyParents(const GaussianModel& model, std::vector<int32_t> parents, size_t stayed);
 
-// Splits Gaussians along those of their axes that are longer than their `sizes`, [N], ask for, each
-// into at most 4096 parts. If more are needed, parts are larger. Along an axis of deviation s a
-// Gaussian of variance s^2 is the convolution of one of variance s^2
-// - size^2 with one of size^2, and the first is sampled, 1.8 sizes apart. Opacities are then found
-// for which the parts let as much light through as their parent did (by multiplicative updates of
-// optical depths), as renderers draw them: each is widened, and small ones the most. Parts have
-// their parent's colors. A faint Gaussian stays whole: its parts would be fainter than renderers
+// Splits Gaussians along those of their axes that are longer than their `sizes`, [N], each
+// into at most 4096 parts. If more are needed, parts are larger. Along an axis of deviation
+// s, a Gaussian of variance s^2 is the convolution of one of variance s^2 - size^2 with one
+// of size^2. The first is sampled, 1.8 sizes apart. Multiplicative updates of optical depths
+// then find opacities with which the parts let as much light through as their parent did.
+// This considers that renderers widen each part, and small ones the most. Parts have their
+// parent's colors. A faint Gaussian stays whole: its parts would be fainter than renderers
 // draw.
 FinerGaussians SplitGaussians(const GaussianModel& model, std::span<const PartSize> sizes);
 
@@ -67,10 +67,10 @@ struct Refinement {
   RefineSummary summary;
 };
 
-// Splits what lies inside the masks of `targets`, whose photos do not count, and fits the parts'
-// colors to what `renderer` shows of `model` there, so that the scene looks as it did. Everything
-// else keeps its bits. `shares` as ShRefitter has them; OptionError and InputError as there.
-// Stages: "refine", and ShRefitter's.
+// Splits the Gaussians inside the masks of `targets`, whose photos do not count. It fits the parts'
+// colors to `renderer`'s view of `model` there, so that the scene looks as before. All other data
+// keep their bits. `shares` as ShRefitter has them; OptionError and InputError as there. Stages:
+// "refine", and ShRefitter's.
 Refinement RefineGaussians(Renderer& renderer, const GaussianModel& model,
                            std::vector<RefitTarget> targets, std::vector<float> shares,
                            const RefineOptions& options, Monitor& monitor);

@@ -81,8 +81,8 @@ std::string OneLine(std::string_view text) {
   return line;
 }
 
-// What OpenColorIO says of a file named `name`, without what it tried: of formats that share an
-// extension the first one's message, and of that what follows the names of format and file.
+// OpenColorIO's reason for rejecting the file `name`. Several formats share an extension; this is
+// the first one's message, without the names of format and file.
 std::string ReasonOf(const std::string& message, const std::string& name) {
   constexpr std::string_view kFailed = "' failed with: ";
   std::string reason = OneLine(message);

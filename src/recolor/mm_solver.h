@@ -5,10 +5,10 @@
 //
 //   Phi(s) = sum_v |D_v - W_v (f_v(s) - f_v(s_original))|^2, each pixel by its weight w in (0, 1],
 //            + sum_g V_g sum_k ridge_k |s_gk - start_gk|^2
-// with D_v the change that the target asks for, f_v = max(0, 0.5 + Y_v s), V_g = sum_v vis_gv,
-// vis = W^T w.
+// with D_v the change required by the target, f_v = max(0, 0.5 + Y_v s), V_g = sum_v vis_gv, vis =
+// W^T w.
 // A_g = sum_v vis_gv y y^T + ridge V_g bounds the curvature, because the weights of a pixel sum to
-// at most 1: s + A^-1 (-grad / 2) never raises Phi where no color is clamped.
+// at most 1. So s + A^-1 (-grad / 2) never raises Phi if no color is clamped.
 #pragma once
 
 #include <vector>
@@ -37,8 +37,8 @@ class MmSolver : public RefitSolver {
   double RidgeTerm(const Buffer<float>& point, float* descent);
   void Progress(Monitor& monitor, size_t view) const;
 
-  // Once the squares have settled what to change: whether the next sweep is the first one in which
-  // pixels that stay cost StayLoss. Blocks are made for its curvature at current_.
+  // Whether the next sweep is the first with StayLoss in pixels that stay. That is so once the
+  // squares have settled. Then also makes blocks for the curvature at current_.
   bool StartsStaying(bool converged, Monitor& monitor);
   double GoToMinimum(double loss);
   bool ShortenStep(double loss);

@@ -98,7 +98,7 @@ inline const ColorParameter* FindParameter(const ColorOperationType& type, std::
 // A white balance may have this instead of its parameters: the color that becomes gray.
 inline constexpr std::string_view kGrayKey = "gray";
 
-// What is to be said of it is added to `warnings`; null: it is not said.
+// A warning about it is added to `warnings`, unless that is null.
 inline void SetGray(const std::vector<float>& gray, ColorOperation& op,
                     std::vector<std::string>* warnings) {
   const GrayBalance found = WhiteBalanceOfGray(gray);

@@ -19,15 +19,15 @@ constexpr double kOwnPicture = 100;       // weight of a view's own picture besi
 constexpr double kLeastCosine = 0.1;      // at which a painted view sees a surface
 constexpr double kSameSurface = 0.01;     // relative depth: surfaces that are farther apart are not
 constexpr int kRim = 2;                   // pixels from a selection's end
-// Of planes: the smaller side over the distance between the 5 x 5 pixels that one is fitted to, how
-// much these count by their squared distance, and how many are needed.
+// Of fitted planes: the smaller side over the distance between the 5 x 5 pixels of a fit, the
+// weights of these by their squared distance, and the least number of them.
 constexpr int kPixelsPerStep = 400;
 constexpr double kNearWeights[9] = {1, 0.88, 0.78, 0, 0.61, 0.54, 0, 0, 0.37};  // exp(-d^2 / 8)
 constexpr int kLeastPixels = 6;
 constexpr double kSteady = 0.01;
 constexpr int kMostSamples = 4;  // a side, of a pixel's footprint
-// Light is compared over some pixels about each: the smaller side over how far these reach, 3 at
-// least.
+// Light is compared over some pixels about each: the smaller side over their reach, which is at
+// least 3.
 constexpr int kPixelsPerLightReach = 130;
 
 struct Paint {
@@ -116,9 +116,9 @@ class ViewSurfaces {
     return surface;
   }
 
-  // At a pixel near the end of a selection, whose depth may be that of what lies behind or before:
-  // the plane through the pixels `within` nearby, where it meets this one. None where this pixel's
-  // depth is that of the plane, or too few such pixels are near.
+  // For a pixel near the end of a selection, whose depth may be that of another surface: the place
+  // where it meets the plane through the nearby pixels of `within`. None if the pixel's depth is
+  // that of the plane, or too few such pixels are near.
   std::optional<Surface> Continued(int x, int y, const Mask& within) const {
     const auto plane =
         Plane(x, y, 2 * step_, [&](int px, int py, double) { return within(px, py) > 0; });
@@ -141,9 +141,9 @@ class ViewSurfaces {
     return view_.Unproject({x + 0.5, y + 0.5}, z);
   }
 
-  // 1 / z of a plane is linear in the pixel's position: that of the plane through the pixels
-  // nearby, `step` apart, that `belongs(x, y, z)`, at this pixel, and its change to the right and
-  // down. None where they are few.
+  // 1 / z of a plane is linear in the pixel's position. Returns its value and its changes to the
+  // right and down at this pixel, for the plane through nearby pixels, `step` apart, with
+  // `belongs(x, y, z)`. None if there are too few.
   template <typename Belongs>
   std::optional<Eigen::Vector3d> Plane(int x, int y, int step, const Belongs& belongs) const {
     double one = 0, x1 = 0, y1 = 0, xx = 0, xy = 0, yy = 0;  // sums of weights times these

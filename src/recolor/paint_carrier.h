@@ -14,17 +14,17 @@
 
 namespace retint {
 
-// A view's target under an edit with paint (ColorEdit::HasPaint()). A painted view shows its
-// picture, and beside it the paint of others. The surface in a pixel of another view is looked up
-// in the painted views by its depth. Where one of them sees the same surface, within 2 % of the
-// depth and not at a grazing angle, the pixel takes what was painted there:
-// - averaged over the pixel's footprint in the painted picture,
-// - times the ratio of the luminance that the surface has in this view to that in the painted one
-//   (linear light, mean of some pixels), so that highlights move with the viewer,
-// - merged by the squared cosine of the angle at which the painted views see the surface.
-// Where depth is too rough for that, as on fur, the pixel takes the paint of the Gaussians that it
-// shows (FindGaussianPaint), if most of it is painted. Everything else gets the rest of the edit,
-// whose picture operation is then its color map.
+// A view's target under an edit with painted layers (ColorEdit::HasPaint()). A painted view shows
+// its picture, and beside it the layers of others. The surface in a pixel of another view is
+// looked up in the painted views by its depth. If one of them sees the same surface, within 2 %
+// of the depth and not at a grazing angle, the pixel gets the color painted there. That is
+// averaged over the pixel's footprint in the painted picture. It is multiplied by the ratio of
+// the surface's luminance in this view to that in the painted one (linear light, mean of some
+// pixels), so that highlights move with the viewer. Several are merged by the squared cosine of
+// the angle at which the painted views see the surface. If depth is too rough for that, as on
+// fur, the pixel gets the color of the Gaussians that it shows (FindGaussianPaint), if most of it
+// is painted. Everything else gets the rest of the edit, whose picture operation is then its
+// color map.
 //
 // Uses one renderer from one thread. The first call for a renderer fixes the look of the painted
 // views: later ones must find the same coefficients in it.

@@ -21,13 +21,13 @@ class PaintedEdit {
  public:
   explicit PaintedEdit(const ColorEdit& edit, OutOfRange out_of_range = OutOfRange::kBroughtIn);
 
-  // What the edit at its full strength makes of a color that `painted` covers by `alpha`: of the
-  // operations before the paint, of the paint, of those that follow it.
+  // The result of the edit at its full strength on a color that `painted` covers by `alpha`:
+  // operations before the picture, the painted color, later operations.
   Eigen::Vector3f Apply(const Eigen::Vector3f& color, const Eigen::Vector3f& painted,
                         float alpha) const;
 
   float strength() const { return strength_; }
-  // Null where the edit has no pictures.
+  // Null if the edit has no pictures.
   const std::shared_ptr<const PictureEdit>& picture() const { return picture_; }
 
  private:

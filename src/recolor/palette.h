@@ -23,14 +23,14 @@ struct PaletteColor {
   bool operator==(const PaletteColor&) const = default;
 };
 
-// Up to `count` (1 to kMaxPaletteColors) main colors of `pixels`, [N, 3], display-encoded: k-means
-// of PaletteCoordinates (Lloyd 1982) with many parts from several seeded starts (Arthur and
-// Vassilvitskii 2007), of which the best is kept; then parts that are shades of one color become
-// one, and rare ones join others until `count` are left. A color is the median of its pixels, so
-// that blends at edges do not move it. Most frequent first. Fewer where the pixels have fewer
-// different colors, and then an edit of one changes within a wide enough range of colors for a fit
-// to follow it; none where there is no pixel. The same pixels and seed give the same bits.
-// OptionError for a count out of range.
+// Up to `count` (1 to kMaxPaletteColors) main colors of `pixels`, [N, 3], display-encoded. They
+// come from k-means of PaletteCoordinates (Lloyd 1982) with many clusters, the best of several
+// seeded starts (Arthur and Vassilvitskii 2007). Clusters that are shades of one color become one,
+// and rare ones join others until `count` are left. A color is the median of its pixels, so that
+// blends at edges do not move it. Most frequent first. There are fewer if the pixels have fewer
+// different colors, and an edit of one then changes a range of colors that is wide enough for a
+// fit. There is none without pixels. The same pixels and seed give the same bits. OptionError for a
+// count out of range.
 std::vector<PaletteColor> FindPalette(std::span<const float> pixels, int count, uint64_t seed = 0);
 
 }  // namespace retint

@@ -29,7 +29,7 @@ struct PaintLayer {
   std::string view;
   int x = 0, y = 0;  // of its top-left pixel in the view
   Image8 color;
-  Mask alpha;  // the same size; 0 where nothing was painted
+  Mask alpha;  // the same size; 0 in unpainted pixels
   bool operator==(const PaintLayer& other) const;
 };
 

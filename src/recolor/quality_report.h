@@ -58,9 +58,9 @@ struct ViewErrors {
   ErrorSums sums;
 };
 
-// EvaluateEdit() in two steps, for a splat that is opened in parts, in one process: the errors of
-// `targets`, in their order, and the report on those of all views, in the order of the views, but
-// for the ranges of SH. Stage "evaluate", of which `progress` says how much is done and there is.
+// EvaluateEdit() in two steps, for a splat that is opened in parts, in one process. First the
+// errors of `targets`, in their order. Then the report on the errors of all views, in the order of
+// the views, without the ranges of SH. Stage "evaluate", with the views that `progress` counts.
 struct EvaluationProgress {
   size_t done = 0, total = 0;  // views
 };

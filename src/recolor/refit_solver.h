@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The interface of a solver, and the list of all solvers. Internal to recolor.
 //
-// To add a solver: a value of Solver and a struct of options (refit_options.h), a class derived
-// from RefitSolver and a TargetForm in files of their own, and an entry of the list in
-// refit_solver.cc. A form of another solver will do, too.
+// To add a solver, write a value of Solver, a struct of options (refit_options.h), and an entry of
+// the list in refit_solver.cc. In files of their own, write a class derived from RefitSolver and a
+// TargetForm, or use the form of another solver.
 #pragma once
 
 #include <memory>

@@ -14,9 +14,9 @@ namespace retint {
 
 // InputError naming the view when its mask is missing or not of the view's size.
 void CheckTarget(const RefitTarget& target);
-// A target's photo, and what is made for it, without the renderer's background where that shows
-// between the Gaussians: what is fitted and measured are their colors alone. Null or empty where
-// there is none. InputError where one is not of the view's size.
+// A target's photo, and the picture that RefitTarget::edited makes, with the renderer's background
+// removed between the Gaussians, because only the Gaussians are fitted and measured. Null or empty
+// if the target has none. InputError if one is not of the view's size.
 std::shared_ptr<const Image> PhotoOf(const RefitTarget& target, Renderer& renderer);
 Image MadeFor(const RefitTarget& target, Renderer& renderer, Mask* leaves = nullptr);
 

@@ -80,7 +80,7 @@ class RefitViews {
   std::span<const size_t> own_views() const { return own_views_; }
   // The number of a view's target, which counts in reducer().
   size_t TargetOf(size_t view) const { return views_[view].target; }
-  // `View` is what the TargetForm made.
+  // `View` is the TargetForm's own type of view.
   template <typename View = RegionView>
   std::shared_ptr<const View> Visit(size_t view) {
     return std::static_pointer_cast<const View>(VisitRegion(view));
@@ -112,11 +112,11 @@ class RefitViews {
   const float* OriginalColors(const ViewGeometry& whole);
   // Colors of the view's rows for active coefficients `sh`, [rows, 3].
   void EvalColors(const RegionView& view, const float* sh, float* colors);
-  // What active coefficients `sh` change in the region, against the original ones: their colors
-  // into `colors`, the difference into `change` (both [rows, 3]).
+  // The change of active coefficients `sh` from the original ones in the region: their colors into
+  // `colors`, the difference into `change` (both [rows, 3]).
   void FindChange(const RegionView& view, const float* sh, float* colors, float* change);
-  // Its blend too, into `image` ([H, W, 3], where the region has pixels; what lies outside is
-  // kept).
+  // Its blend too, into `image` [H, W, 3], at the region's pixels; other pixels keep their
+  // values.
   void BlendChange(const RegionView& view, const float* sh, float* colors, float* change,
                    float* image);
 

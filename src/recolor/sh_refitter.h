@@ -29,10 +29,10 @@ struct RefitTarget {
   // renderer has a background, photos, and the pictures that `edited` makes, show it between the
   // Gaussians.
   std::function<std::shared_ptr<const Image>()> photo = nullptr;
-  // Makes the target itself, where that is more than a map of the colors of render or photo
-  // (PaintCarrier): of the view's size, given a renderer that shows the original scene. `leaves`,
-  // where it is not null, gets 255 where the edited color, before it is brought into the range, no
-  // screen shows.
+  // Makes the target itself, if that is more than a map of the colors of render or photo
+  // (PaintCarrier). It has the view's size; the renderer shows the original scene. `leaves`, if not
+  // null, gets 255 in pixels whose edited color, before it is brought into the range, cannot be
+  // shown on a screen.
   std::function<Image(Renderer&, Mask* leaves)> edited = nullptr;
 };
 
@@ -85,17 +85,17 @@ class ShRefitter {
   std::unique_ptr<Impl> impl_;
 };
 
-// The instant preview, but for paint (PaintChange), of coefficients `sh` [N, K, 3], K = num_coeffs,
-// in host memory: ShOps::EditSh of each Gaussian of a share above the threshold, computed by
-// `backend`. OptionError unless there is one share a Gaussian.
+// The instant preview, without painted layers (PaintChange), of coefficients `sh` [N, K, 3] in host
+// memory, K = num_coeffs. It applies ShOps::EditSh to each Gaussian of a share above the threshold,
+// on `backend`. OptionError unless there is one share a Gaussian.
 void ApplyClosedForm(Backend& backend, std::span<float> sh, int num_coeffs,
                      std::span<const float> shares, const ColorEdit& edit, double active_threshold);
 
 // m_g = sum_v W^T M_v / sum_v W^T 1, [N].
 std::vector<float> MaskShares(Renderer& renderer, const std::vector<RefitTarget>& targets,
                               Monitor& monitor);
-// Both sums, [N, 2]: adds those of `targets`, one after the other as MaskShares() does, to what is
-// in `sums`. For a splat that is opened in parts, in one process.
+// Both sums, [N, 2]: adds those of `targets` to `sums`, one after the other as MaskShares() does.
+// For a splat that is opened in parts, in one process.
 void AddMaskSums(Renderer& renderer, const std::vector<RefitTarget>& targets, Monitor& monitor,
                  std::vector<double>* sums);
 // The share that a Gaussian's two sums stand for.

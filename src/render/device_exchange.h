@@ -12,10 +12,10 @@ namespace retint {
 // The part on its way at a time, in floats: as much memory is taken beside the array, or less.
 inline constexpr size_t kFloatsOnTheWay = size_t{1} << 25;
 
-// Collective; only where ranks.DevicesAreLinked(). values[i] = the sum of all ranks' values[i] in
-// the order of the ranks, ((v_0 + v_1) + v_2) + ..., so that it is the same on all of them and from
-// run to run: as Ranks::SumByRank, whose bytes it gives. Every rank adds up one piece of each
-// stretch of the array, and hands the sum to the others. `scratch` is kept between calls.
+// Collective; only if ranks.DevicesAreLinked(). values[i] = the sum of all ranks' values[i] in the
+// order of the ranks, ((v_0 + v_1) + v_2) + ... So it is the same on all of them, in every run, and
+// has the bytes of Ranks::SumByRank. Every rank adds up one piece of each stretch of the array, and
+// sends the sum to the others. `scratch` is kept between calls.
 void SumOnDevices(Ranks& ranks, Backend& backend, Buffer<float>& values, Buffer<float>& scratch,
                   size_t stretch = kFloatsOnTheWay);
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The geometries of recent views, within a budget of memory; the one that was used least recently
-// goes first. Renderers of the same Gaussians may share one, each on a thread of its own, where
-// their backends work in host memory: a geometry does not change once it is made, and colors are no
-// part of it.
+// The geometries of recent views, within a budget of memory; the least recently used one is removed
+// first. If their backends work in host memory, renderers of the same Gaussians may share a cache,
+// each on its own thread. This is possible because a geometry does not change once it is made, and
+// has no colors.
 #pragma once
 
 #include <cstddef>

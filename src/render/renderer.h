@@ -44,7 +44,7 @@ struct RenderRequest {
 struct RenderOutput {
   Image rgb;                // sRGB, not clamped above
   DepthMap depth_median;    // 0 where transmittance stays above median_threshold
-  DepthMap depth_expected;  // 0 where nothing is hit
+  DepthMap depth_expected;  // 0 if no Gaussian is hit
   ScalarImage alpha;
 };
 

@@ -57,9 +57,9 @@ class ViewReducer {
   // Collective. The owner's text, of any size.
   std::string BroadcastText(size_t view, const std::string& text);
 
-  // Whether each view's part of a sum is kept until its turn in the order of all views: on the CPU,
-  // where a sum must not depend on the number of processes. On a device each process adds up its
-  // own views, and Sum() and SumRows() add the processes' sums in their order.
+  // Whether each view's part of a sum is kept until its turn in the order of all views. This is so
+  // on the CPU, where a sum must not depend on the number of processes. On a device each process
+  // adds up its own views, and Sum() and SumRows() add the processes' sums in their order.
   bool AddsInOrder() const { return IsShared() && backend_.IsHost(); }
   // Collective, not if AddsInOrder().
   void Sum(Buffer<float>& sums);
