@@ -43,15 +43,15 @@ void ExportCameras(EditSession& session, bool images, const std::filesystem::pat
 std::vector<PosedCamera> OrbitPath(const PosedCamera& start, const Eigen::Vector3d& focus,
                                    const Eigen::Vector3d& up, int frames);
 
-// `frames` cameras on a smooth curve through the views in their order (Catmull-Rom, in the centers
-// and in the quaternions), from the first to the last, with the first view's intrinsics.
+// `frames` cameras on a smooth curve through the views in their order, from the first to the last,
+// with the first view's intrinsics. Catmull-Rom interpolates the centers and the quaternions.
 // OptionError for fewer than one frame or no view.
 std::vector<PosedCamera> ViewPath(const Reconstruction& reconstruction,
                                   const std::vector<const View*>& views, int frames);
 
-// What the edit of one region did, fitted or in closed form: between what the visible regions
-// before it left and what it makes of that, so that other regions do not count as bleeding. A
-// hidden region is measured as if it showed. `most_views` as RefitService::Evaluate().
+// The effect of the edit of one region, fitted or in closed form. It is measured from the result of
+// the visible regions before it, so that other regions do not count as bleeding. A hidden region is
+// measured as if it were visible. `most_views` as RefitService::Evaluate().
 QualityReport EvaluateRegion(EditSession& session, RegionId id, TargetKind target, Monitor& monitor,
                              size_t most_views = 0, int row_step = 1);
 
@@ -66,11 +66,11 @@ Coverage MeasureCoverage(const std::map<std::string, Mask>& masks, size_t views)
 // Backend, counts, times and peaks of the run so far, the last refit's summary and, of a single
 // region, its edit. Stages fill in the rest.
 RunReport MakeReport(const EditSession& session);
-// MakeReport() with what a session knows of its regions: `painted` of all, masks and, measured
-// here, EvaluateRegion() of each visible one. `quality` is the one region's, where only one shows.
+// MakeReport() with the regions: `painted` of all, masks, and EvaluateRegion() of each visible one,
+// measured here. `quality` is that of the only visible region, if there is one.
 RunReport FullReport(EditSession& session, TargetKind target, Monitor& monitor,
                      size_t most_views = 0, int row_step = 1);
-// FullReport() with the options of the fits, as a file: HtmlReport() where it ends in .html or
+// FullReport() with the options of the fits, as a file: HtmlReport() if its name ends in .html or
 // .htm, else ToJson().
 void ExportReport(EditSession& session, RefitJob job, const std::filesystem::path& path,
                   Monitor& monitor);

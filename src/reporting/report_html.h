@@ -18,11 +18,11 @@ struct HtmlReportOptions {
   size_t most_bytes = 9'500'000;      // of the page; pictures get smaller and coarser for it
 };
 
-// Before, mask and after of every view with a slider between them, those with the lowest PSNR
-// first; the paint of the painted views in the selection, in words and pictures; PSNR by view and
-// loss as plots; paint, registration, edits, options and command as tables. `report` is the
-// session's (MakeReport() or FullReport()) with its quality filled in. The renderer is left with
-// the original coefficients. RunError when the page cannot be made small enough. Stage: "pictures".
+// Shows before, mask and after of every view, with a slider between them, lowest PSNR first. The
+// painted masks and the selection, in words and pictures. PSNR by view and loss, as plots. Masks,
+// registration, edits, options and command, as tables. `report` is the session's (MakeReport() or
+// FullReport()) with its quality filled in. The renderer is left with the original coefficients.
+// RunError if the page cannot be made small enough. Stage: "pictures".
 std::string HtmlReport(EditSession& session, const RunReport& report,
                        const HtmlReportOptions& options, Monitor& monitor);
 

@@ -13,7 +13,7 @@ namespace {
 constexpr double kWidth = 720, kHeight = 220, kLeft = 48, kBottom = 24, kTop = 10;
 constexpr double kPlotWidth = kWidth - kLeft - 8, kPlotHeight = kHeight - kTop - kBottom;
 
-// The length of the UTF-8 sequence that begins at text[i]; 0 where none does.
+// The length of the UTF-8 sequence that begins at text[i]; 0 if there is no valid one.
 size_t Utf8Length(std::string_view text, size_t i) {
   const auto lead = static_cast<unsigned char>(text[i]);
   const size_t length = lead < 0x80                    ? 1

@@ -74,7 +74,7 @@ Image ReadPicture(const fs::path& folder, const std::string& view, const Mask& t
   return ReadImage(path, SizeOf(truth, path));
 }
 
-// By any of its names; where there is none, by the first.
+// The mask by any of its names; if there is no file, by the first.
 fs::path MaskOf(const ScoreRequest& request, const std::string& view) {
   return FindMask(request.masks, view).value_or(ViewFile(request.masks, view));
 }
@@ -117,7 +117,7 @@ void FindDegrees(const ScoreRequest& request, std::vector<ViewScore>* scores) {
   }
 }
 
-// Warns of a painted view that has no true mask. InputError where nothing at all is of that view.
+// Warns of a painted view that has no true mask. InputError if no folder has a file of that view.
 void CheckPainted(const ScoreRequest& request, const std::vector<std::string>& views,
                   std::vector<std::string>* warnings) {
   if (request.model) return;  // FindDegrees() checks the names

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Keeps accepted work when the program or the machine dies: after each change a snapshot of the
-// session is written to a folder of its own, beside the session or, for one that was never saved,
-// in the user's data folder. A lock that dies with the process tells a living program's autosave
-// from one that was left behind.
+// Keeps accepted work if the program or the machine crashes. After each change a snapshot of the
+// session is written to a folder of its own, beside the session. For a session that was never
+// saved, that is in the user's data folder. The lock of a running program ends with its process; an
+// autosave without one was left behind.
 //
 //   DIR/NAME.retint                    the session
 //   DIR/NAME.autosave.retint           its autosave, a session like any other

@@ -195,7 +195,7 @@ SelectionSource Reader::Source(const Node& node, const fs::path& folder) {
   return source;
 }
 
-// None where nothing that is painted has a depth.
+// Leaves the cloud empty if no painted pixel has a depth.
 void Reader::FindCloudAgain(SelectionSource& source) {
   std::vector<PaintedReport> saved = std::move(source.reports);
   source.cloud = {};
@@ -219,7 +219,7 @@ void Reader::FindCloudAgain(SelectionSource& source) {
   source.reports = std::move(saved);
 }
 
-// The masks of `views`, and the shares where there are none, of what else is known of a selection.
+// Makes the masks of `views`, and missing shares, from the other data of a selection.
 void Reader::MakeAgain(RegionSelection& selection, const std::vector<const View*>& views) {
   const bool has_shares = !selection.shares.empty();
   if (!views.empty() && !has_shares) {

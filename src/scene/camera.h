@@ -64,7 +64,7 @@ struct Camera {
   Eigen::Matrix3d K() const;
 
   // Pixel (center of the top-left pixel is (0.5, 0.5)) of a point in the camera frame (x right, y
-  // down, z forward); nullopt behind the camera (z <= 0) or for a model that is not pinhole.
+  // down, z forward). nullopt behind the camera (z <= 0), and for a model that is not pinhole.
   std::optional<Eigen::Vector2d> ImgFromCam(const Eigen::Vector3d& point_in_cam) const;
   // The ray (x/z, y/z) through a pixel; nullopt for a model that is not pinhole.
   std::optional<Eigen::Vector2d> CamFromImg(const Eigen::Vector2d& pixel) const;

@@ -26,18 +26,18 @@ namespace retint {
 // A camera's intrinsics, ready to use. Immutable.
 class CameraProjection {
  public:
-  // InputError, without a file, for a wrong number of parameters or values that no lens has: not
-  // finite, no positive focal length, EUCM's alpha outside [0, 1] or its beta not positive.
+  // InputError, without a file, for a wrong number of parameters or impossible values: not finite,
+  // no positive focal length, EUCM's alpha outside [0, 1] or its beta not positive.
   explicit CameraProjection(const Camera& camera);
 
-  // Pixel of a point of any length but zero; nullopt where the model has none: behind a perspective
+  // Pixel of a point at any distance but zero. nullopt if the model has none: behind a perspective
   // camera, or beyond the angle at which the distortion folds the picture over itself. `by_point`
   // is the derivative.
   std::optional<Eigen::Vector2d> ImgFromCam(const Eigen::Vector3d& point_in_cam,
                                             Eigen::Matrix<double, 2, 3>* by_point = nullptr) const;
 
-  // The ray of unit length through a pixel, the inverse of the above; nullopt where no ray leads
-  // there. `by_pixel` is the derivative.
+  // The ray of unit length through a pixel, the inverse of the above; nullopt if no ray leads to
+  // it. `by_pixel` is the derivative.
   std::optional<Eigen::Vector3d> CamFromImg(const Eigen::Vector2d& pixel,
                                             Eigen::Matrix<double, 3, 2>* by_pixel = nullptr) const;
 

@@ -8,9 +8,9 @@
 
 namespace retint {
 
-// Rows of pictures in one picture: every cell `cell_width` pixels wide, its height by the shape of
-// the first picture, pictures resampled by area (smaller) or bilinearly (larger), a light gap
-// between them. InputError when there is nothing to show or rows differ in length.
+// Rows of pictures in one picture, with a light gap between them. Every cell is `cell_width` pixels
+// wide, and its height has the shape of the first picture. Pictures are resampled by area (smaller)
+// or bilinearly (larger). InputError if there is no picture or rows differ in length.
 Image8 ContactSheet(const std::vector<std::vector<Image8>>& rows, int cell_width, int gap = 6);
 
 // The nearest 8-bit picture.

@@ -43,7 +43,7 @@ using Image8 = PixelArray<uint8_t, 3>;
 // Soft selection in [0, 255]: 0 outside, 255 inside.
 using Mask = PixelArray<uint8_t, 1>;
 
-// z along the camera's viewing axis, in the workspace's unit; 0 where there is none (COLMAP's dense
+// z along the camera's viewing axis, in the workspace's unit; 0 for no depth (COLMAP's dense
 // convention).
 using DepthMap = PixelArray<float, 1>;
 

@@ -7,8 +7,8 @@
 
 namespace retint {
 
-// The point that each of the photo's pixels shows at depth 1, in its camera's frame.
-// Undistortion::DepthIsDistance() says which depth; 0 where no ray leads. [H, W, 3]
+// The point that each of the photo's pixels shows at depth 1, in its camera's frame; 0 for a pixel
+// without a ray. Undistortion::DepthIsDistance() says which depth that is. [H, W, 3]
 PixelArray<float, 3> PhotoRays(const Undistortion& undistortion);
 
 }  // namespace retint

@@ -14,10 +14,10 @@
 
 namespace retint {
 
-// Calls write(x, y, value) for each pixel, on many threads, with `find(x + 0.5, y + 0.5)`, an
-// optional Vector: computed, or by the quadratic through nine points of a block where that is right
-// to `tolerance` in the middles of its quarters. If it is computed and there is none, write is not
-// called.
+// Calls write(x, y, value) for each pixel, on many threads. `value` is find(x + 0.5, y + 0.5), an
+// optional Vector, or the quadratic through nine points of a block. The quadratic is used if it is
+// right to `tolerance` in the middles of the block's quarters. Pixels for which find() has no value
+// are not written.
 template <typename Vector, typename Find, typename Write>
 void ForSmooth(int width, int height, double tolerance, const Find& find, const Write& write) {
   constexpr int kBlock = 64, kLeast = 8;  // pixels a side

@@ -11,12 +11,12 @@ namespace retint {
 // b_from_a after a_from_c.
 Sim3d Compose(const Sim3d& b_from_a, const Sim3d& a_from_c);
 
-// Poses and points. A camera's own frame keeps its axes and takes the new unit, so that every point
-// is seen in the pixel in which it was seen: R' = R_cam R^T, t' = s t_cam - R' t.
+// Poses and points. A camera's own frame keeps its axes and gets the new unit, so that every point
+// stays in its pixel: R' = R_cam R^T, t' = s t_cam - R' t.
 void Transform(const Sim3d& new_from_old, Reconstruction& model);
 
-// Means, rotations, scales and spherical harmonics (turned by ShRotation). Rendered from cameras
-// that are moved alike, the scene looks as it did, but for Gaussians nearer to a camera than the
+// Means, rotations, scales and spherical harmonics (turned by ShRotation). From cameras moved in
+// the same way, the scene looks the same, except for Gaussians nearer to a camera than the
 // rasterizer draws (docs/conventions.md).
 void Transform(const Sim3d& new_from_old, GaussianModel& model);
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A distorted photo as pinhole pictures, its faces: one where the photo's field is at most 112
-// degrees wide and high, else those faces of a cube about the camera that the photo sees, 96
-// degrees wide and high each. Faces have the photo's resolution in its middle or, where the photo
-// is finer elsewhere, up to half more. Positions are in pixels, centers at (0.5, 0.5).
+// A distorted photo as pinhole pictures, its faces. It has one if the photo's field is at most 112
+// degrees wide and high. Else the faces are those of a cube about the camera that the photo sees,
+// each 96 degrees wide and high. Faces have the resolution of the photo's middle, or up to half
+// more if the photo is finer elsewhere. Positions are in pixels, centers at (0.5, 0.5).
 #pragma once
 
 #include <algorithm>
@@ -30,9 +30,9 @@ struct Undistortion {
   bool DepthIsDistance() const { return faces.size() > 1; }
 };
 
-// The weight of a face for a photo's pixel that it shows at (x, y), next to the other faces that
-// show it: less near its border, so that faces which overlap fade into each other. Above 0, at most
-// 1.
+// The weight of a face in a photo's pixel, which the face shows at (x, y), relative to the other
+// faces that show it. It is less near the face's border, so that overlapping faces fade into each
+// other. Above 0, at most 1.
 inline float FaceWeight(const Undistortion& undistortion, size_t face, float x, float y) {
   constexpr float kFade = 0.05F;   // of a face's longer side, from its border
   constexpr float kLeast = 1e-4F;  // at the very border a face that sees the pixel alone counts
@@ -51,7 +51,7 @@ Undistortion Undistort(const Camera& photo);
 // Tells the fault of a camera that cannot be undistorted.
 std::string DescribeCamera(const Camera& camera);
 
-// The places of one picture's pixels in another; NaN where there is none.
+// The places of one picture's pixels in another; NaN for a pixel that is not in it.
 struct PixelMap {
   int width = 0, height = 0;
   std::vector<float> xy;  // [height, width, 2]

@@ -51,7 +51,7 @@ Mask Shrunk(Mask mask, int radius) {
   return mask;
 }
 
-// `mask` with what is drawn, and without what `other` has.
+// Adds `drawn` to `mask`, and removes `other` from it.
 void Draw(const Mask& drawn, const Mask& other, Mask* mask) {
   for (size_t p = 0; p < mask->data.size(); ++p) {
     if (!drawn.Empty() && IsInside(drawn.data[p])) mask->data[p] = 255;
@@ -80,7 +80,7 @@ Strokes StrokesOf(const MaskNetwork& network, const Image& color, const Strokes&
   const int radius = std::max(2, int(kDoubt * std::max(color.width, color.height)));
   for (Mask* part : {&strokes.inside, &strokes.outside}) {
     Mask core = Shrunk(*part, radius);
-    if (AnySet(core)) *part = std::move(core);  // what is thin is taken whole
+    if (AnySet(core)) *part = std::move(core);  // thin parts stay whole
   }
   Draw(drawn.inside, drawn.outside, &strokes.inside);
   Draw(drawn.outside, drawn.inside, &strokes.outside);

@@ -12,10 +12,10 @@ struct Strokes {
   Mask inside, outside;
 };
 
-// What is inside and outside of the network's outline of `color`, further from its border than 1 %
-// of the longer side: what lies between, color, depth and other views decide, as between strokes.
-// Strokes that the user drew, each of the image's size or empty, are proof. InputError if the
-// network finds nothing, or nothing but the whole view.
+// The inside and the outside of the network's outline of `color`, without the pixels within 1 % of
+// the longer side from its border. Color, depth and other views decide about those, as between
+// strokes. Strokes that the user drew, each of the image's size or empty, always hold. InputError
+// if the network finds nothing, or only the whole view.
 Strokes StrokesOf(const MaskNetwork& network, const Image& color, const Strokes& drawn,
                   Monitor& monitor);
 

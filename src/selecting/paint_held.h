@@ -16,9 +16,9 @@ namespace retint {
 class Pictures;
 struct Workspace;
 
-// A line for each view that is painted, or that shows a photo that is, whose mask among `masks`
-// holds less than half of its paint: where depth is wrong there, or what is painted is no surface.
-// Views without a mask say nothing.
+// A line for each view, painted or showing a painted photo, whose mask among `masks` holds less
+// than half of the painted pixels. Reasons are a wrong depth there, or a painted thing without a
+// clear surface. Views without a mask give no line.
 std::vector<std::string> WarningsOfPaint(const Workspace& workspace,
                                          const std::vector<PaintedView>& painted,
                                          const std::map<std::string, Mask>& masks);

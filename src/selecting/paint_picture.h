@@ -20,8 +20,8 @@ struct PaintCounts {
   size_t added = 0;  // in the mask, and not painted
   size_t left_out() const { return painted - kept; }
   PaintCounts& operator+=(const PaintCounts& other);
-  // "all of your paint is in", "93 % of your paint is in, and 4 % beside it"; less than 1 % of the
-  // paint is not mentioned. Empty where nothing is painted.
+  // "all of your paint is in", "93 % of your paint is in, and 4 % beside it". Less than 1 % of the
+  // painted pixels is not mentioned. Empty if no pixel is painted.
   std::string Words() const;
 };
 
@@ -37,8 +37,8 @@ struct PaintedPicture {
   PaintCounts counts;
   Image8 picture;
 };
-// Of each painted view that has a mask among `masks`, in the order of painting, its photo or, where
-// there is none, its render. The scene's renderer is left with the original coefficients.
+// Of each painted view that has a mask among `masks`, in the order of painting: its photo, or its
+// render if it has none. The scene's renderer is left with the original coefficients.
 std::vector<PaintedPicture> PicturesOfPaint(OpenScene& scene,
                                             const std::vector<PaintedView>& painted,
                                             const std::map<std::string, Mask>& masks);

@@ -31,8 +31,8 @@ struct PaintRound {
   Mask before;       // the mask when painting began; no pixels: none
 };
 
-// The recipe of a selection, its paint and options, and the cloud that came of it: later rounds of
-// painting go on from there, and whatever is missing can be made again. A painted view need not be
+// The recipe of a selection: its painted views, its options, and the resulting cloud. Later rounds
+// of painting continue from there, and missing parts can be recomputed. A painted view need not be
 // one of the workspace's: its camera is its own.
 struct SelectionSource {
   std::vector<PaintedView> painted;  // in the order of the rounds, each name once

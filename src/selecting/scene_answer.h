@@ -24,8 +24,8 @@ struct SceneAnswer {
   bool IsWorthAsking() const { return may_stand && changed >= kNoticed; }
 };
 
-// `own` with what is `undecided` in it (255; MaskFromScribbles()) decided by the scene. None if the
-// scene has no answer: no pixel that is decided has depth, or nothing would be selected.
+// `own` with its `undecided` pixels (255; MaskFromScribbles()) decided by the scene. None if the
+// scene has no answer: no decided pixel has depth, or nothing would be selected.
 std::optional<SceneAnswer> AskScene(SelectionPipeline& selection, const UserPicture& picture,
                                     const Mask& own, const Mask& undecided, Monitor& monitor);
 

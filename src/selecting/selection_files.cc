@@ -53,7 +53,7 @@ uint64_t ChecksumOf(const std::map<std::string, Mask>& masks) {
   return sum.Get();
 }
 
-// `values` of every Gaussian or, where there is a part, of its records; `other` of the rest.
+// `values` of every Gaussian or, if there is a part, of its records; `other` for the rest.
 void WriteValues(const std::filesystem::path& path, std::string_view magic, uint64_t checksum,
                  const std::vector<float>& values, const ScenePart* part, float other) {
   const size_t count = part ? static_cast<size_t>(part->file->count()) : values.size();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A selection on disk, as `retint project` writes it and `retint refit` reads it: a mask of every
-// view, and beside them the Gaussians' shares, which paint and cloud determine and which could be
-// computed from the masks alone only nearly.
+// A selection on disk, as `retint project` writes it and `retint refit` reads it. It is a mask of
+// every view and the Gaussians' shares. The shares are computed from painted masks and cloud; from
+// the masks only, they would be less exact.
 //
 //   <folder>/<image name>.png    or another name of colmap_io/mask_names.h
 //   <folder>/shares.bin         8 bytes "RTSHARES", then little-endian: uint64 N, uint64 XXH64 of
@@ -39,7 +39,7 @@ struct MaskFolder {
   std::vector<std::string> empty;  // the other pictures that have one, by name
   uint64_t checksum = 0;           // of all of them, as above
 
-  // Of these views, those whose pictures have one; moves what it can.
+  // Of these views, those whose pictures have one; moves masks if it can.
   std::map<std::string, Mask> OfViews(const Pictures& pictures,
                                       const std::vector<const View*>& views) &&;
 };
@@ -47,15 +47,15 @@ struct MaskFolder {
 MaskFolder ReadMaskFolder(const std::filesystem::path& folder, bool invert,
                           const Pictures& pictures);
 
-// `masks` by image name; `confidence` may be empty: then there is no file of it. Values of a `part`
-// of a splat become those of all of it: what no view of the part shows has share 0, for sure.
-// RunError when one cannot be written.
+// `masks` by image name; `confidence` may be empty and then gets no file. Values of a `part` of a
+// splat are extended to the whole: Gaussians that no view of the part shows have share 0, with full
+// confidence. RunError if a file cannot be written.
 void WriteShares(const std::filesystem::path& folder, const std::map<std::string, Mask>& masks,
                  const std::vector<float>& shares, const std::vector<float>& confidence = {},
                  const ScenePart* part = nullptr);
 
 struct SharesOfMasks {
-  std::vector<float> shares;      // [num_gaussians]; empty where there are none that fit
+  std::vector<float> shares;      // [num_gaussians]; empty if there are none that fit
   std::vector<float> confidence;  // the same of theirs
   std::string why_not;            // why a file that is there was left aside, one line
 };

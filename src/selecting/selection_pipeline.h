@@ -30,17 +30,17 @@ struct SelectionResult {
   std::vector<PaintedReport> painted;
 };
 
-// Whether `decided`, the mask of a view in which the scene decided what is undecided, may stand for
-// the view's `own`: its area is between half and five quarters of it. A short stroke on a part of a
-// thing leaves so much open that the scene may answer with something else than the outline that
-// was shown.
+// Whether `decided`, a view's mask with its undecided pixels decided by the scene, may replace the
+// view's `own` mask: its area must be 50 % to 125 % of that. A short stroke on a part of a thing
+// leaves so much undecided that the scene may select another thing than the outline that the user
+// saw.
 bool MayStandFor(const Mask& own, const Mask& decided);
 
 struct PaintedPart;  // of it, one painted view's
 
-// Its stages render with the original coefficients and leave those in the scene's renderer. What is
-// painted on may be a distorted photo (opening/photo_paint.h): its stages work on the
-// views that show it, of which the results are.
+// Its stages render with the original coefficients and leave those in the scene's renderer. The
+// painted picture may be a distorted photo (opening/photo_paint.h): stages then work on the views
+// that show it, and return results for these.
 class SelectionPipeline {
  public:
   explicit SelectionPipeline(OpenScene& scene) : scene_(scene) {}
@@ -66,9 +66,9 @@ class SelectionPipeline {
   // `source`; the rest of its results is left to the caller. Project() needs the cloud.
   SelectionResult Select(SelectionSource& source, Monitor& monitor);
   ProjectedMasks Project(const SelectionSource& source, Monitor& monitor);
-  // Masks of the `wanted` views, by name, from painted ones whose paint says nothing of some pixels
-  // (`seen` is 0, whatever the mask has there): these are decided by the Gaussians, which other
-  // views show from other sides. InputError as Select() and Project().
+  // Masks of the `wanted` views, by name, from painted views with undecided pixels (`seen` is 0;
+  // the mask does not count there). The Gaussians decide about them, because other views show them
+  // from other sides. InputError as Select() and Project().
   std::map<std::string, Mask> Decide(std::vector<PaintedView> painted,
                                      const std::vector<const View*>& wanted, Monitor& monitor);
 

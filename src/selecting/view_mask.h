@@ -62,9 +62,9 @@ struct ViewMaskRequest {
 ViewLayers LayersOf(OpenScene& scene, const UserPicture& picture, std::span<const float> sh,
                     bool photo = false);
 
-// The picture's mask, soft, 128 and above is inside. `asked`, where not null, gets what the scene
-// said of strokes that left something open; their mask is the scene's if that may stand for it.
-// InputError when no pixel is selected; else as the tools (selection/mask_tools).
+// The picture's mask, soft; 128 and above is inside. `asked`, if not null, gets the scene's answer
+// for strokes that left pixels undecided. If the answer may replace the outline, it is the mask.
+// InputError if no pixel is selected; else as the tools (selection/mask_tools).
 Mask MakeViewMask(SelectionPipeline& selection, const UserPicture& picture,
                   const ViewMaskRequest& request, Monitor& monitor,
                   std::optional<SceneAnswer>* asked = nullptr);

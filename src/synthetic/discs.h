@@ -47,17 +47,17 @@ struct Disc {
 std::optional<Disc> MakeDisc(const World& world, const std::vector<TracedView>& views,
                              const Seed& seed, int part);
 
-// A disc trimmed or moved away from an edge leaves a crack along it, through which the inside would
-// show: one deeper in the solid, which closes it, where it is needed.
+// A disc trimmed or moved away from an edge leaves a crack along it that shows the inside. This
+// makes a disc deeper in the solid that closes the crack, if one is needed.
 std::optional<Disc> MakeFiller(const World& world, const Disc& disc);
 
 // The objects' outlines in every view.
 class Silhouettes {
  public:
   Silhouettes(const World& world, const std::vector<TracedView>& views);
-  // A render widens what it draws by a pixel's blur, and a disc at an outline hangs over it: moves
-  // and shrinks the disc along its own axes until what is opaque of it lies inside its object's
-  // outline in every view, except where something nearer hides it.
+  // Renders blur a disc by a pixel, so that a disc at an outline reaches beyond it. Moves and
+  // shrinks the disc along its own axes until its opaque part lies inside its object's outline in
+  // every view, except behind something nearer.
   void KeepInside(Disc* disc) const;
   // Whether in every view something lies in front of the disc's middle and of its ends.
   bool Hides(const Disc& disc) const;
@@ -66,8 +66,8 @@ class Silhouettes {
   struct Sight;
   struct Demand;
   std::vector<Sight> Sights(const Disc& disc, const Vec3 (&axes)[3]) const;
-  // Meters from a point along an axis, forwards and backwards, to where its object gives way to
-  // something behind it; negative on the side from which a point outside has to return.
+  // Meters from a point along an axis, forwards and backwards, to the end of its object before
+  // something behind it. Negative on the side from which a point outside has to return.
   std::array<double, 2> Walk(const Sight& sight, const Vec2& at, int axis, double z, int object,
                              double reach) const;
   Demand Ask(const std::vector<Sight>& sights, const Disc& disc, int axis, int object) const;

@@ -214,8 +214,8 @@ std::optional<Vec3> LookUpBead(const TracedView& view, const Disc& disc) {
   return Vec3(photo(x, y, 0), photo(x, y, 1), photo(x, y, 2));
 }
 
-// Writes the SH coefficients [16, 3] of a disc: least squares over the colors that the views show
-// where it is seen; a ridge pulls the higher degrees to zero where nothing asks for them.
+// Writes the SH coefficients [16, 3] of a disc: least squares over its visible colors in the views.
+// A ridge pulls the higher degrees to zero if no view determines them.
 void FitColor(const World& world, const Lighting& lighting, const std::vector<TracedView>& views,
               const Disc& disc, float* sh) {
   const bool glossy = world.MaterialOf(disc.part).specular > 0;

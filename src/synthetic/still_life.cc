@@ -384,8 +384,8 @@ void AddPlant(World& world, uint64_t seed) {
 
   const int stem = world.AddMaterial({.albedo = Plain({0.17, 0.27, 0.07})});
   Random random(HashOf(seed, 6));
-  // A fan of broad leaves in one plane, as a traveler's palm grows, facing the middle of the
-  // cameras' arc: every leaf shows its upper side to all of them and hides little of another.
+  // A fan of broad leaves in one plane, like a traveler's palm. It faces the middle of the cameras'
+  // arc, so that all cameras see the upper side of every leaf and leaves hide little of each other.
   constexpr int kLeaves = 7, kPieces = 7;
   constexpr double kFacing = 0.23;  // of the arc's middle from the front, radians
   const Vec3 across = At(std::cos(kFacing), 0, std::sin(-kFacing));

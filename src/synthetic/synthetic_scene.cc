@@ -20,8 +20,8 @@ using namespace synthetic;
 
 namespace {
 
-// The pictures that a scene is made from, all of which are kept until its Gaussians are there, and
-// the memory of a pixel of them with the candidates for Gaussians.
+// The most pixels in a scene's pictures, which are all kept until its Gaussians are made, and the
+// memory that a pixel needs with its candidates for Gaussians.
 constexpr double kMostMegapixels = 200;
 constexpr double kBytesPerPixel = 75;
 

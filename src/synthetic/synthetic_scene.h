@@ -83,10 +83,10 @@ SyntheticScene MakeSyntheticScene(const SyntheticOptions& options, Monitor& moni
 // models other than SIMPLE_RADIAL, OPENCV, OPENCV_FISHEYE and EQUIRECTANGULAR.
 Camera MakeLens(std::string_view model, const Camera& camera);
 
-// Takes the photos of `scene`, which MakeSyntheticScene(options) made, again through a lens whose
-// field holds that of the scene's camera: camera, photos, depth (the distance along the ray for
-// EQUIRECTANGULAR), object ids, normals and observations. The Gaussians, the points and the poses
-// stay.
+// Takes the photos of `scene`, made by MakeSyntheticScene(options), again through a lens whose
+// field holds that of the scene's camera. It replaces camera, photos, depth (the distance along the
+// ray for EQUIRECTANGULAR), object ids, normals and observations. The Gaussians, the points and the
+// poses stay.
 void TakeThroughLens(Camera lens, const SyntheticOptions& options, SyntheticScene* scene,
                      Monitor& monitor);
 

@@ -21,7 +21,7 @@ Mask ObjectMask(const SyntheticView& view, int object) {
   return mask;
 }
 
-// The view that sees most of the box, which is pale and shows a tint well, and sees it whole; if
+// The view that sees most of the box, and sees it whole; the box is pale and shows a tint well. If
 // there is none, the same of any object; in tiny pictures, not whole either.
 SyntheticStart ChooseStart(const SyntheticScene& scene) {
   SyntheticStart start;
