@@ -30,9 +30,9 @@ class CameraProjection {
   // no positive focal length, EUCM's alpha outside [0, 1] or its beta not positive.
   explicit CameraProjection(const Camera& camera);
 
-  // Pixel of a point at any distance but zero. nullopt if the model has none: behind a perspective
-  // camera, or beyond the angle at which the distortion folds the picture over itself. `by_point`
-  // is the derivative.
+  // Pixel of a point that is not zero. nullopt if the model has none: behind a perspective camera,
+  // or beyond the angle at which the distortion folds the picture over itself. `by_point` is the
+  // derivative.
   std::optional<Eigen::Vector2d> ImgFromCam(const Eigen::Vector3d& point_in_cam,
                                             Eigen::Matrix<double, 2, 3>* by_point = nullptr) const;
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Spherical harmonics of degree 4, which some files have, but no renderer uses. They stay columns
 // of the source (SourceLayout::extras), named as in a .ply of degree 4: f_rest_[24 c + k - 1] for k
-// = 16 to 24. They are turned with the scene, and removed from Gaussians whose colors are edited.
+// = 16 to 24. They are turned with the scene, and set to 0 in Gaussians whose colors are edited.
 #pragma once
 
 #include <array>
