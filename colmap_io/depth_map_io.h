@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // COLMAP's dense depth maps, stereo/depth_maps/<image name>.{geometric,photometric}.bin: the text
 // "W&H&1&", then W*H little-endian floats, row by row (COLMAP src/colmap/mvs/mat.h). Depth is z
-// along the viewing axis in the model's unit; 0 where there is none.
+// along the viewing axis in the model's unit; 0 for no depth.
 #pragma once
 
 #include <filesystem>

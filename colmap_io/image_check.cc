@@ -13,7 +13,7 @@ namespace {
 constexpr std::string_view kPngSignature = "\x89PNG\r\n\x1a\n";
 constexpr std::string_view kJpegSignature = "\xFF\xD8\xFF";
 
-// Most that deflate can expand (1032:1), and most pixels that a byte of a JPEG can stand for: one
+// The largest ratio of deflate (1032:1), and the most pixels that a byte of a JPEG can encode: one
 // bit for an 8x8 block of a gray progressive file is 512.
 constexpr uint64_t kMaxDeflateRatio = 1032;
 constexpr uint64_t kMaxJpegPixelsPerByte = 512;

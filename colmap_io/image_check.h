@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Internal to colmap_io: looks through a PNG or JPEG file before a decoder sees it, so that a
-// cut-off or damaged one is an error (decoders fill in gray and print) and a size that the file
-// cannot hold takes no memory.
+// Internal to colmap_io: checks a PNG or JPEG file before a decoder reads it. So a cut-off or
+// damaged file is an error (decoders fill in gray and print), and a size that is impossible for the
+// file allocates no memory.
 #pragma once
 
 #include <filesystem>

@@ -27,21 +27,21 @@ using SizeCheck = std::function<void(int width, int height)>;
 // RGB in [0, 1] from 8 or 16 bits a channel; gray becomes RGB, alpha is dropped.
 Image ReadImage(const std::filesystem::path& path, const SizeCheck& check = {});
 Image8 ReadImage8(const std::filesystem::path& path);
-// A picture as it comes out of a JPEG file. The file has the quantization and the subsampling of
-// the one whose bytes are `file`: what that would hold, had it been written from this picture. None
-// where it is no whole JPEG of three channels.
+// `picture` after a round trip through a JPEG with the quantization and subsampling of the one
+// whose bytes are `file`. So it has the losses that such a file would have. None if `file` is not a
+// whole JPEG of three channels.
 std::optional<Image8> AsJpegHolds(const Image8& picture, std::string_view file);
 // Whether no pixel of a picture is transparent.
 bool IsOpaque(const std::filesystem::path& path);
 
-// A mask from any picture, 0 outside and 255 inside: where the picture has an alpha channel that is
-// not opaque everywhere, its alpha; else the largest of its color channels, so that paint of any
-// color on black counts. 16 bits become 8.
+// A mask from any picture, 0 outside and 255 inside. If the picture has an alpha channel that is
+// not opaque everywhere, it is its alpha. Else it is the largest of its color channels, so that
+// strokes of any color on black count. 16 bits become 8.
 Mask ReadMask(const std::filesystem::path& path, const SizeCheck& check = {});
 // Also checks the size: InputError naming both.
 Mask ReadMask(const std::filesystem::path& path, int width, int height);
-// The user's own mask of a view. Its brightest paint counts as opaque, so that a dark brush on
-// black selects as a white one does. InputError too when no pixel is selected.
+// The user's own mask of a view. Its brightest pixels count as opaque, so that a dark brush on
+// black selects the same pixels as a white one. InputError also if no pixel is selected.
 Mask ReadBrushMask(const std::filesystem::path& path, int width, int height);
 
 // 8-bit PNG; floats are clamped to [0, 1] and rounded.

@@ -159,8 +159,8 @@ std::optional<std::string> EncodeLike(const Image8& picture, std::string_view li
   return encoded ? std::optional(std::move(bytes)) : std::nullopt;
 }
 
-// What is left aside: libjpeg writes JFIF's and Adobe's own segments, and an index of further
-// pictures behind the first (MPF, CIPA DC-007) is wrong once that has another length.
+// Drops JFIF's and Adobe's own segments, because libjpeg writes them, and an index of further
+// pictures behind the first (MPF, CIPA DC-007), which is wrong once the first has another length.
 bool IsKept(const jpeg_marker_struct& marker, bool profile) {
   const std::string_view data(reinterpret_cast<const char*>(marker.data), marker.data_length);
   if (marker.marker == JPEG_APP0) return !data.starts_with(std::string_view("JFIF\0", 5));
@@ -189,7 +189,7 @@ struct Merge {
 void KeepBlocks(Merge& merge, jvirt_barray_ptr* from, jvirt_barray_ptr* to, const Mask& changed) {
   for (int c = 0; c < merge.old.num_components; ++c) {
     const jpeg_component_info& info = merge.old.comp_info[c];
-    // Sides of what a block of this component shows, in blocks of the picture.
+    // Sides of a block of this component, in blocks of the picture.
     const int wide = merge.old.max_h_samp_factor / info.h_samp_factor;
     const int high = merge.old.max_v_samp_factor / info.v_samp_factor;
     for (int row = 0; row < int(info.height_in_blocks); ++row) {

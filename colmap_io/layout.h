@@ -15,17 +15,17 @@ namespace retint {
 std::filesystem::path ChooseModel(const std::filesystem::path& root, const std::string& name);
 
 // The folder of the photos of `model`, which was read from `sparse_folder`: see Workspace::Open().
-// nullopt where no folder holds any, and none of the name `images` is there for them.
+// nullopt if no folder holds any, and there is no folder named `images`.
 std::optional<std::filesystem::path> FindImages(const std::filesystem::path& root,
                                                 const std::filesystem::path& sparse_folder,
                                                 const Reconstruction& model);
 
-// stereo/depth_maps that belongs to the model; empty where there is none.
+// stereo/depth_maps that belongs to the model; empty if there is no such folder.
 std::filesystem::path FindDepthMaps(const std::filesystem::path& root,
                                     const std::filesystem::path& sparse_folder);
 
-// `name` in `folder`; else with another extension, else without the folders in it. nullopt where
-// there is no such file.
+// `name` in `folder`; else with another extension, else without the folders in it. nullopt if there
+// is no such file.
 std::optional<std::filesystem::path> FindPhoto(const std::filesystem::path& folder,
                                                const std::string& name);
 

@@ -27,7 +27,7 @@ MaskNames MaskNamesOf(std::string_view text);
 // Where the mask of an image goes; see ViewFile() for its errors.
 std::filesystem::path MaskFile(const std::filesystem::path& folder, std::string_view image_name,
                                MaskNames names);
-// The file that is there, by the first of the four names that has one; nullopt where none has.
+// The existing file with the first of the four names; nullopt if there is no such file.
 std::optional<std::filesystem::path> FindMask(const std::filesystem::path& folder,
                                               std::string_view image_name);
 // The same of several images, by name; those without one are left out. InputError when `folder` is

@@ -91,8 +91,8 @@ std::optional<Sim3d> SimilarityFrom(const Eigen::Matrix4d& matrix) {
   return similarity;
 }
 
-// nerfstudio's name of the camera model, its own default where none is told. instant-ngp's files
-// have is_fisheye.
+// nerfstudio's name of the camera model; without one, its own default. instant-ngp's files have
+// is_fisheye.
 std::string ModelOf(const Json& frame, const Json& all) {
   for (const Json* json : {&frame, &all}) {
     const auto model = json->find("camera_model");

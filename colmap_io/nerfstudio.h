@@ -23,14 +23,14 @@ inline constexpr const char* kTransformsName = "transforms.json";
 Reconstruction ReadTransforms(const std::filesystem::path& path,
                               std::vector<std::string>* warnings);
 
-// A similarity out of a file: nerfstudio's dataparser_transforms.json {"transform": 3x4, "scale"},
-// which goes from the data's world to the splat's, or {"world_from_splat": 3x4, 4x4, or the 12 or
-// 16 numbers by rows}, the other way round. The result is world_from_splat of either. InputError
-// for a file that holds neither, or a matrix that is no similarity.
+// A similarity from a file. nerfstudio's dataparser_transforms.json {"transform": 3x4, "scale"}
+// goes from the data's world to the splat's. {"world_from_splat": 3x4, 4x4, or the 12 or 16 numbers
+// by rows} goes the other way round. The result is world_from_splat of either. InputError if the
+// file holds neither, or a matrix that is not a similarity.
 Sim3d ReadWorldFromSplat(const std::filesystem::path& path);
 // The same out of 12 or 16 numbers between blanks or commas, a matrix by rows. OptionError.
 Sim3d ParseWorldFromSplat(const std::string& text);
-// Of either kind: a file's where `text` is the name of one.
+// Of either kind: a file's if `text` is the name of one.
 Sim3d WorldFromSplatOf(const std::string& text);
 // Exactly: no scale, rotation or translation.
 bool IsIdentity(const Sim3d& similarity);

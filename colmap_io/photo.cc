@@ -62,8 +62,8 @@ bool IsTiff(std::string_view bytes) {
          bytes.starts_with(std::string_view("MM\0*", 4));
 }
 
-// Where a tag of the first picture of a TIFF file (TIFF 6.0, section 2) or a BigTIFF file has its
-// value, which is in the tag itself; nullopt where there is none.
+// The place of a tag's value in the tag itself, of the first picture of a TIFF file (TIFF 6.0,
+// section 2) or a BigTIFF file; nullopt if it has no such tag.
 std::optional<size_t> TiffValueAt(std::string_view tiff, uint32_t tag) {
   const Bytes data{tiff, tiff.starts_with("MM")};
   const bool wide = IsBigTiff(tiff);
@@ -92,7 +92,7 @@ bool IsWebp(std::string_view bytes) {
   return bytes.starts_with("RIFF") && bytes.substr(std::min<size_t>(8, bytes.size()), 4) == "WEBP";
 }
 
-// The data of a PNG file's first chunk of that name (PNG 3, 5.3); empty where there is none.
+// The data of a PNG file's first chunk of that name (PNG 3, 5.3); empty if it has no such chunk.
 std::string_view PngChunk(std::string_view bytes, std::string_view name) {
   const Bytes file{bytes};
   for (size_t at = 8; at + 8 <= bytes.size(); at += 12 + size_t{file.At(at, 4)}) {
@@ -176,7 +176,7 @@ std::optional<std::pair<int, int>> Jpeg2000Size(std::string_view bytes) {
   return std::pair(side(box + 8), side(box + 4));
 }
 
-// The TIFF file that is a picture's EXIF (Exif 2.32, 4.6.4); empty where there is none.
+// The TIFF file inside a picture's EXIF (Exif 2.32, 4.6.4); empty if it has no EXIF.
 std::string_view ExifOf(std::string_view bytes) {
   constexpr std::string_view kExif("Exif\0\0", 6);
   std::string_view exif;

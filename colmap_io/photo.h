@@ -21,8 +21,8 @@ std::optional<std::pair<int, int>> ReadImageSize(const std::filesystem::path& pa
 // decoder would turn else. Other bytes stay as they are.
 void KeepTiffAsStored(std::string* bytes);
 
-// The EXIF orientation by which a photo is turned to show a camera of this size, 5 to 8; 1 where it
-// shows it as it is stored, perhaps in another size. InputError naming both sizes.
+// The EXIF orientation, 5 to 8, by which a photo must be turned to fit a camera of this size. It is
+// 1 if the stored shape fits, perhaps in another size. InputError naming both sizes.
 int TurnForCamera(const std::filesystem::path& path, std::string_view bytes, int width, int height);
 // Stored rows and columns as they are shown, and back.
 Image Turned(const Image& stored, int orientation);

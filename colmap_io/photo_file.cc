@@ -45,8 +45,8 @@ void VisitChunks(std::string_view png, const Visit& visit) {
 }
 
 // `encoded` with the metadata of `like`, in front of the pixels, where every kind of it may be.
-// What describes the stored values themselves (transparent color, palette, significant bits) is
-// left aside: they are others.
+// Chunks that describe the stored values themselves (transparent color, palette, significant bits)
+// are left out, because the values differ.
 std::string WithChunksOf(std::string_view like, std::string_view encoded, bool profile) {
   constexpr std::array<std::string_view, 4> kColor = {"cICP", "iCCP", "sRGB", "cHRM"};
   constexpr std::array<std::string_view, 7> kOther = {"gAMA", "pHYs", "eXIf", "tEXt",
@@ -86,8 +86,8 @@ Image RgbOf(const cv::Mat& pixels) {
   return image;
 }
 
-// As With(): the pixels with other colors, as BGR or BGRA where `image` is no gray any more;
-// nullopt where none changes.
+// As With(): the pixels with other colors, as BGR or BGRA if `image` is not gray any more; nullopt
+// if none changes.
 template <typename Value>
 std::optional<cv::Mat> WithColors(const cv::Mat& pixels, const Image& image) {
   constexpr float kFull = std::numeric_limits<Value>::max();

@@ -19,12 +19,12 @@ class PhotoFile {
   PhotoFile(const std::filesystem::path& path, int width, int height);
   ~PhotoFile();
 
-  // All its pixels, as the camera sees them: stored ones that EXIF says are to be turned are turned
-  // only if the camera's shape asks for it.
+  // All its pixels, as the camera sees them. Stored pixels that EXIF says must be turned are turned
+  // only if that gives the camera's shape.
   Image Shown() const;
-  // The file with `shown` in their place; nullopt if no value changes. Values that do not change
-  // keep their bits, in a JPEG the blocks of 8 x 8 pixels without a change; it keeps its
-  // quantization and subsampling, a PNG its depth and alpha. InputError for a JPEG of inks.
+  // The file with the pixels of `shown`; nullopt if no value changes. Unchanged values keep their
+  // bits; in a JPEG, unchanged blocks of 8 x 8 pixels do. A JPEG keeps its quantization and
+  // subsampling, a PNG its depth and alpha. InputError for a JPEG of inks.
   std::optional<std::string> With(const Image& shown) const;
   // Whether With() keeps the metadata: in JPEG and PNG.
   bool KeepsMetadata() const;

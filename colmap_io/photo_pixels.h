@@ -46,8 +46,8 @@ class PhotoPixels {
   // 255 where the view's pixels lie in the photo, else 0.
   Mask Reach(ViewId view) const;
 
-  // The photo's picture of its views', one a face: bilinear, each pixel from the faces that see it,
-  // blended where they overlap; 0 where no ray leads.
+  // The photo's picture from one picture of each of its views: bilinear, each pixel from the faces
+  // that see it, blended if they overlap; 0 for pixels without a ray.
   Image ToPhoto(const DistortedPhoto& photo, const std::vector<Image>& faces) const;
   Mask ToPhoto(const DistortedPhoto& photo, const std::vector<Mask>& faces) const;
   ScalarImage ToPhoto(const DistortedPhoto& photo, const std::vector<ScalarImage>& faces) const;

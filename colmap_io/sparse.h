@@ -21,11 +21,11 @@ bool HasReconstruction(const std::filesystem::path& folder);
 // is consistent: every view's camera exists, every track element names an existing observation,
 // every observation names an existing point or none. Without images.*, views have the poses of
 // rigs.* and frames.*, no observations, and names made of their ids. Records left out for that
-// (views whose camera is missing, dangling references) are named in `warnings`, one line each; a
+// (views whose camera is missing, dangling references) are named in `warnings`, one line each. A
 // missing points3D is a warning too. Rotations that are not unit quaternions to 1e-9 are
-// normalized, others keep their bits. InputError with the file and its offset or line: missing,
-// truncated, a count that exceeds the file, an unknown camera model, NaN or infinite values, an id
-// or image name that comes twice.
+// normalized, others keep their bits. InputError with the file and its offset or line. Causes: a
+// missing or truncated file, a count that exceeds the file, an unknown camera model, NaN or
+// infinite values, an id or image name that comes twice.
 Reconstruction ReadReconstruction(const std::filesystem::path& folder,
                                   std::vector<std::string>* warnings = nullptr);
 

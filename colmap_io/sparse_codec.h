@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Internal to colmap_io: one file of a sparse model to and from bytes. The readers add to `model`
-// and throw InputError with `path` and the offset or line; records that are bad in themselves are
-// left out with a warning where others are left. References are checked in sparse.cc.
+// Internal to colmap_io: one file of a sparse model to and from bytes. The readers add to `model`,
+// and throw InputError with `path` and the offset or line. Bad records are left out with a warning
+// if others remain. References are checked in sparse.cc.
 #pragma once
 
 #include <cstdint>
@@ -41,15 +41,15 @@ class LeftOut {
       return false;
     }
   }
-  // Names the first few; where no record is `left`, throws the first.
+  // Warns of the first few; if no record is `left`, throws the first.
   void Tell(const Path& path, size_t left, Warnings& warnings) const;
 
  private:
   std::vector<std::string> faults_;
 };
 
-// The faults of bad cameras, which are left out: only where no view has one of them, the others are
-// enough.
+// The faults of bad cameras, which are left out. The others are enough only if no view has a bad
+// one.
 using BadCameras = std::map<CameraId, std::string>;
 
 BadCameras ReadCamerasBinary(std::string_view bytes, const Path& path, Warnings& warnings,

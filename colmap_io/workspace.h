@@ -2,12 +2,12 @@
 // Workspaces as COLMAP, 3DGS and nerfstudio lay them out: a sparse model, photos, maybe dense depth
 // maps. Below (or at) the root:
 //
-//   sparse/N, sparse, ., N, colmap/sparse/N, colmap/sparse    cameras, images, points3D (.bin,
-//   .txt) dense/N/sparse, dense/sparse, undistorted/sparse          the same, undistorted
-//   transforms.json                                           nerfstudio's cameras
-//   images, images_2, images_4, images_8, input               photos, by the image names of the
-//   model stereo/depth_maps                                         <image name>.geometric.bin,
-//   .photometric.bin
+//   sparse/N, sparse, ., N, colmap/sparse/N, colmap/sparse   cameras, images, points3D (.bin, .txt)
+//   dense/N/sparse, dense/sparse, undistorted/sparse         the same, undistorted
+//   transforms.json                                          nerfstudio's cameras
+//   images, images_2, images_4, images_8, input              photos, by the model's image names
+//   stereo/depth_maps                                        <image name>.geometric.bin,
+//                                                            .photometric.bin
 #pragma once
 
 #include <filesystem>
@@ -25,9 +25,9 @@
 
 namespace retint {
 
-// The folders below (or at) `root` that hold a sparse model: those of the first of the places above
-// that has any, the one with most views first; then those of the places after it. A folder that
-// holds transforms.json and no COLMAP model counts as one, after all others.
+// The folders below (or at) `root` that hold a sparse model, in the order of the places above.
+// Those of the first place that has any begin with the one with most views. A folder that holds
+// transforms.json and no COLMAP model counts as one, after all others.
 std::vector<std::filesystem::path> FindModels(const std::filesystem::path& root);
 // The first of them; nullopt for none.
 std::optional<std::filesystem::path> FindModel(const std::filesystem::path& root);
@@ -36,7 +36,7 @@ struct Workspace {
   std::filesystem::path root;
   std::filesystem::path sparse_folder;     // where the model was found
   std::filesystem::path image_folder;      // may not exist: photos are needed only when read
-  std::filesystem::path depth_map_folder;  // empty where there is none
+  std::filesystem::path depth_map_folder;  // empty if there is none
   Reconstruction reconstruction;
   // Of the numbers in dense depth maps to the reconstruction's unit.
   double depth_scale = 1;
@@ -48,10 +48,10 @@ struct Workspace {
   // The names that several photos of the model have, without folders and extensions.
   std::set<std::string, std::less<>> shared_stems;
 
-  // `image_folder`, when given, must exist; else the nearest folder with a name as above that holds
-  // a photo of the model, of the cameras' own size where there are several. `model` chooses one of
-  // FindModels() by its path below the root or the end of it ("1", "dense/0"); without it the first
-  // is taken, or a later one that has photos where the first has none. InputError when there is no
+  // `image_folder`, if given, must exist. Else the photos are in the nearest folder with a name as
+  // above that holds a photo of the model; of several, in that with the cameras' own size. `model`
+  // chooses one of FindModels() by its path below the root or the end of it ("1", "dense/0").
+  // Without it, it is the first, or a later one if only that has photos. InputError if there is no
   // such model or it has no views; see ReadReconstruction for damaged files.
   static Workspace Open(const std::filesystem::path& root,
                         const std::filesystem::path& image_folder = {},
@@ -83,12 +83,12 @@ struct Workspace {
   std::filesystem::path PhotoPath(const View& view) const;
   bool HasPhoto(const View& view) const;
   // In the view's pixels. It is read at its camera's size: a photo of another size but the same
-  // shape is scaled. Its pixels are taken as they are stored, as COLMAP does; only where they do
-  // not have the camera's shape and the photo says (EXIF) that it is to be turned, it is turned.
-  // InputError when it is missing, damaged or of another shape.
+  // shape is scaled. Its pixels are used as stored, as in COLMAP. Only if they do not have the
+  // camera's shape, and the photo's EXIF says that it must be turned, it is turned. InputError if
+  // the photo is missing, damaged or of another shape.
   Image ReadPhoto(const View& view) const;
 
-  // The view's dense depth map, geometric before photometric; nullopt where there is none.
+  // The view's dense depth map, geometric before photometric; nullopt if there is none.
   std::optional<std::filesystem::path> FindDepthMap(const View& view) const;
 };
 
