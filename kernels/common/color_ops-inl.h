@@ -14,10 +14,10 @@ RETINT_HD Real SoftRange(float low, float high, float edge, Real x) {
   return SmoothStep(low - edge, low, x) * (1 - SmoothStep(high, high + edge, x));
 }
 
-// Turns hue and multiplies chroma and lightness, in OKLCh, for the colors of a range. values: 0, 1
-// cosine and sine of the hue's turn. 2, 3 factors of chroma and lightness. 4-6 hues: begin in [0, 2
-// pi], extent (2 pi: all hues), soft edge, radians. 7, 8 chroma: low, high. 9, 10 lightness: low,
-// high. 11 soft edge of both.
+// Turns hue and multiplies chroma and lightness, in OKLCh, for the colors of a range.
+// values: 0, 1 cosine and sine of the hue's turn. 2, 3 factors of chroma and lightness. 4-6 hues:
+// begin in [0, 2 pi], extent (2 pi: all hues), soft edge, radians. 7, 8 chroma: low, high. 9, 10
+// lightness: low, high. 11 soft edge of both.
 RETINT_HD void AdjustColor(const float* values, Real* color) {
   const OkLab lab = OkLabFromSrgb(color);
   const Real chroma = sqrtf(lab.a * lab.a + lab.b * lab.b);

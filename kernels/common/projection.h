@@ -15,9 +15,9 @@
 
 namespace retint {
 
-// A projected Gaussian. At pixel offset (dx, dy) from its centre it has alpha = min(kMaxAlpha, 2^(a
-// dx^2 + b dx dy + c dy^2 + log2_opacity)). The conic (inverse 2D covariance) includes the factor
-// -log2(e) / 2, so a pixel costs one exp2.
+// A projected Gaussian. At pixel offset (dx, dy) from its centre
+//   alpha = min(kMaxAlpha, 2^(a dx^2 + b dx dy + c dy^2 + log2_opacity)).
+// The conic (inverse 2D covariance) includes the factor -log2(e) / 2, so a pixel costs one exp2.
 struct Splat {
   float x, y;          // centre, pixels
   float a, b, c;       // folded conic; a, c < 0

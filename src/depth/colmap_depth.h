@@ -51,9 +51,9 @@ class ColmapDepthEstimator : public DepthEstimator {
   Renderer* fallback_;
 };
 
-// Internal, exposed for tests. `map` seen by `source` (whose whole image it covers), resampled into
-// a camera in the same place with the same rotation. Inverse depth is interpolated except across
-// edges and holes.
+// Internal, exposed for tests. The first resamples `map`, seen by `source` (whose whole image it
+// covers), into a camera in the same place with the same rotation. Inverse depth is interpolated
+// except across edges and holes.
 DepthMap ResampleDepth(const DepthMap& map, const Camera& source, const Camera& target,
                        double edge_tolerance);
 // `map` warped into `target`. Its pixels are joined into triangles, except across edges, and the

@@ -15,16 +15,16 @@ namespace retint {
 // OptionError for a bad name. Matching throws InputError for a network of no use,
 // RunError for a program that fails.
 //
-// A network takes two images [1, C, H, W], or one [1, 2C, H, W], or four, of which two have
-// half the size. C is 3 (RGB) or 1 (gray), as floats, half floats or bytes. The size is any or
-// fixed. If any, the pair is padded to a multiple of 32 by repeating its right and lower
-// border, and the result is cropped. If fixed, the pair is scaled. The output has the size of
-// the input; it is the one with "disp" in its name, else the last. Keys: `values` is the range
-// of the input: 255 (0 to 255), 1 (0 to 1), signed (-1 to 1), half (-0.5 to 0.5), or imagenet
-// (normalized as for ImageNet). `scale` is the factor from the output to pixels; below 0 it
-// changes the sign. `pad` replaces the 32. "provider=cpu" does not use CUDA. Without `values`
-// and `scale`, both are found by matching a test pair: a texture, and the same shifted by 8
-// pixels.
+// A network takes two images [1, C, H, W], or one [1, 2C, H, W], or four, of which two have half
+// the size. C is 3 (RGB) or 1 (gray), as floats, half floats or bytes. The size is any or fixed. If
+// any, the pair is padded to a multiple of 32 by repeating its right and lower border, and the
+// result is cropped. If fixed, the pair is scaled. The output has the size of the input; it is the
+// one with "disp" in its name, else the last.
+// Keys: `values` is the range of the input: 255 (0 to 255), 1 (0 to 1), signed (-1 to 1), half
+// (-0.5 to 0.5), or imagenet (normalized as for ImageNet). `scale` is the factor from the output to
+// pixels; below 0 it changes the sign. `pad` replaces the 32. "provider=cpu" does not use CUDA.
+// Without `values` and `scale`, both are found by matching a test pair: a texture, and the same
+// shifted by 8 pixels.
 //
 // A program reads a line "LEFT<tab>RIGHT<tab>OUTPUT" on its stdin: two PNG files, and a path
 // without an extension. It writes the disparity to OUTPUT.npy, OUTPUT.pfm or OUTPUT.png and answers

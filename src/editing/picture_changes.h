@@ -25,8 +25,8 @@ Mask ChangedPixels(const ScalarImage& difference, const ScalarImage& least);
 // 255 in the pixels around a mask, up to 3 % of the smaller side away.
 Mask Surroundings(const Mask& mask);
 
-// Resets the difference to 0 in differences above `least` that form only a thin strip along the end
-// of `inside`. Pixels there also show the background, or the brush ran over.
+// Resets differences above `least` to 0 if they form only a thin strip along the end of `inside`.
+// Pixels there also show the background, or the brush ran over.
 void DropRim(ScalarImage& difference, const ScalarImage& least, const Mask& inside);
 
 // Resets the difference to 0 except in connected, strong parts. If a color map explains nearly all,

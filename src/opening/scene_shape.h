@@ -20,7 +20,7 @@ struct SceneShape {
 // Medians weighted by opacity, so that floaters and sky do not count. Up is -y, as in COLMAP if the
 // first photo was upright. Or it is z or y, as in other tools, if Gaussians are flat across that
 // axis (floors and tables) and the scene was seen from its side (TrainedShare). It is then turned
-// to the normal of the nearest large surface. InputError if no Gaussian is visible.
+// to the normal of the surfaces that are nearly level. InputError if no Gaussian is visible.
 SceneShape MeasureShape(const GaussianModel& model);
 
 // How much of a Gaussian's directional color was trained for direction `d` (unit, from the camera

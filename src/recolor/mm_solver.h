@@ -5,8 +5,8 @@
 //
 //   Phi(s) = sum_v |D_v - W_v (f_v(s) - f_v(s_original))|^2, each pixel by its weight w in (0, 1],
 //            + sum_g V_g sum_k ridge_k |s_gk - start_gk|^2
-// with D_v the change required by the target, f_v = max(0, 0.5 + Y_v s), V_g = sum_v vis_gv, vis =
-// W^T w.
+// with D_v the change required by the target, f_v = max(0, 0.5 + Y_v s), V_g = sum_v vis_gv,
+// vis = W^T w.
 // A_g = sum_v vis_gv y y^T + ridge V_g bounds the curvature, because the weights of a pixel sum to
 // at most 1. So s + A^-1 (-grad / 2) never raises Phi if no color is clamped.
 #pragma once

@@ -9,10 +9,10 @@
 
 namespace retint {
 
-// kDefault: the original 3DGS rasterizer. kMip: the opacity is multiplied by sqrt(det S / det(S +
-// 0.3 I)), S the 2D covariance (Mip-Splatting, Yu et al. 2024; "antialiased" in gsplat). The other
-// two are rendered as kDefault, which is not exact. k2dgs has discs (Huang et al. 2024), and k3dgut
-// projects by an unscented transform (Wu et al. 2025).
+// kDefault: the original 3DGS rasterizer. kMip: the opacity is multiplied by
+// sqrt(det S / det(S + 0.3 I)), S the 2D covariance (Mip-Splatting, Yu et al. 2024; "antialiased"
+// in gsplat). The other two are rendered as kDefault, which is not exact. k2dgs has discs (Huang
+// et al. 2024), and k3dgut projects by an unscented transform (Wu et al. 2025).
 enum class RenderModel { kDefault, kMip, k2dgs, k3dgut };
 
 // "default", "mip", "2dgs", "3dgut"

@@ -73,9 +73,9 @@ ShapePtr Lathe(const Vec3& base, const std::vector<Vec2>& profile);
 ShapePtr Capsule(const Vec3& a, const Vec3& b, double radius);
 
 // A thin leaf: two sheets, each cut from a sphere, that meet in a crease along the midrib. Its
-// frame has x along the midrib from the base, y across, z up. There z is sqrt(R^2 - (x - L/2)^2 -
-// (|y| - s)^2) - sqrt(R^2 - s^2 - L^2 / 4), and |y| is at most the half width at x / L. Charts:
-// upper side, lower side; u along, v across.
+// frame has x along the midrib from the base, y across, z up. There |y| is at most the half width
+// at x / L, and z is sqrt(R^2 - (x - L/2)^2 - (|y| - s)^2) - sqrt(R^2 - s^2 - L^2 / 4).
+// Charts: upper side, lower side; u along, v across.
 struct LeafForm {
   double length, width;  // meters
   double bend;           // R: radius of the spheres

@@ -111,9 +111,9 @@ Ray PixelRay(const PosedCamera& camera, double x, double y);
 // Display encoding of linear radiance: exposure, a filmic curve, the sRGB transfer function.
 Vec3 Encode(const Vec3& radiance, double exposure);
 
-// Gives an object another color. The mean luminance of its surface, in the parts that `cameras`
-// see, becomes `albedo` (linear RGB). A pattern stays, as lighter and darker shades. Baked light,
-// gloss and shape stay as they are, so nothing else in a picture changes.
+// Gives an object another color. Surface of its mean luminance, over the parts that `cameras` see,
+// becomes `albedo` (linear RGB). A pattern stays, as lighter and darker shades. Baked light, gloss
+// and shape stay as they are, so nothing else in a picture changes.
 void Repaint(World& world, int object, const Vec3& albedo, const std::vector<PosedCamera>& cameras);
 
 // Pastes a picture (display-encoded) on every chart of the object's first part, its body: u runs to
