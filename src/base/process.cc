@@ -125,6 +125,11 @@ class Running {
     if (ready[1].revents != 0 && !Take(errors_, errors)) errors_.CloseEnd(0);
     return ready[0].revents == 0 || Take(output_, &text);
   }
+  // Adds what it printed on stderr to `errors`; false if there is no more for now.
+  bool ReadErrors(std::string* errors) {
+    pollfd ready = {errors_.ends[0], POLLIN, 0};
+    return poll(&ready, 1, kPollMs) > 0 && Take(errors_, errors);
+  }
   // False if it has closed its input, or never reads it.
   bool Write(std::string_view text) {
     const ssize_t sent =
@@ -132,6 +137,13 @@ class Running {
     return sent == ssize_t(text.size());
   }
   void EndInput() { input_.CloseEnd(0); }
+  // Ends it and all that it started. Its exit code, also if it had ended before.
+  int End() {
+    kill(-pid_, SIGTERM);
+    HasEnded(kGraceMs);
+    kill(-pid_, SIGKILL);
+    return Wait();
+  }
   // Whether it has ended, within `timeout_ms`. It is not reaped yet, so its number names no other.
   bool HasEnded(int timeout_ms) const {
     for (int waited = 0;; waited += 10) {
@@ -156,12 +168,6 @@ class Running {
     const ssize_t got = read(pipe.ends[0], bytes.data(), bytes.size());
     if (got > 0) text->append(bytes.data(), size_t(got));
     return got > 0 || (got < 0 && errno == EINTR);
-  }
-  void End() {
-    kill(-pid_, SIGTERM);
-    HasEnded(kGraceMs);
-    kill(-pid_, SIGKILL);
-    Wait();
   }
 
   Ends input_;
@@ -243,7 +249,11 @@ class LineProcess::State {
         if (answer.ends_with('\r')) answer.pop_back();
         return answer;
       }
-      if (text_.size() > kLongestLine || !child_.Read(text_, &errors_)) Fail();
+      // After its end, what it started may hold its output open: a last look is enough.
+      const bool ended = child_.HasEnded(0);
+      const size_t before = text_.size();
+      const bool open = child_.Read(text_, &errors_);
+      if (text_.size() > kLongestLine || !open || (ended && text_.size() == before)) Fail();
       // Of the program's messages, the end is enough.
       if (errors_.size() > 2 * kLongestLine) errors_.erase(0, kLongestLine);
       monitor.ThrowIfCancelled();
@@ -253,8 +263,7 @@ class LineProcess::State {
  private:
   // The last line on stderr that is not blank.
   std::string LastError() {
-    std::string unused;
-    for (int i = 0; i < kGraceMs / kPollMs && child_.Read(unused, &errors_); ++i) continue;
+    for (int i = 0; i < kGraceMs / kPollMs && child_.ReadErrors(&errors_); ++i) continue;
     const size_t last = errors_.find_last_not_of(" \t\r\n");
     if (last == std::string::npos) return "";
     errors_.resize(last + 1);
@@ -262,12 +271,15 @@ class LineProcess::State {
   }
 
   [[noreturn]] void Fail() {
+    const bool endless = text_.size() > kLongestLine;
+    const bool ended = !endless && child_.HasEnded(kGraceMs);
+    const int code = ended ? child_.End() : 0;  // which closes stderr, too
     const std::string error = LastError();
     fault_ = "'" + command_ + "' ";
-    if (text_.size() > kLongestLine) {
+    if (endless) {
       fault_ += "answered with a line without an end";
-    } else if (child_.HasEnded(kGraceMs)) {
-      fault_ += "ended with exit code " + std::to_string(child_.Wait()) + " instead of an answer";
+    } else if (ended) {
+      fault_ += "ended with exit code " + std::to_string(code) + " instead of an answer";
     } else {
       fault_ += "closed its input or output instead of an answer";
     }

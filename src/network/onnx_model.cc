@@ -121,8 +121,11 @@ struct OnnxModel::State {
       const Owned<ort::CudaOptions> owned(device, api.release_cuda_options);
       Check(api.add_cuda(made, device), "");
       Check(api.create_session(runtime.env, file.c_str(), made, &session), "");
-    } catch (const InputError&) {
-      return false;  // without a driver or a library; if it is the file, the CPU says so
+    } catch (const InputError& error) {  // no driver or library; if it is the file, the CPU fails
+      // Without the name of the file in front of it.
+      const std::string fault = std::string(error.what()).substr(file.string().size() + 2);
+      provider = "CPU, because CUDA failed: " + fault;
+      return false;
     }
     provider = "CUDA";
     return true;

@@ -167,10 +167,15 @@ std::unique_ptr<Runtime> LoadNamed(const fs::path& place) {
 }
 
 std::unique_ptr<Runtime> LoadUsual() {
-  std::string fault;
+  std::string found;  // the fault of the first that is there
   for (const fs::path& library : UsualPlaces()) {
+    std::string fault;
     if (auto runtime = Load(library, &fault)) return runtime;
+    const bool absent = fault.starts_with(library.string() + ": cannot open shared object file");
+    if (found.empty() && !absent) found = fault;
   }
+  CheckOption(found.empty(), "ONNX Runtime cannot be loaded: " + found + "; name another with " +
+                                 OptionName("onnx_runtime") + " or RETINT_ONNX_RUNTIME");
   throw OptionError(std::string("ONNX Runtime, which runs networks, is not installed: ") + kAdvice +
                     OptionName("onnx_runtime") + " or RETINT_ONNX_RUNTIME");
 }

@@ -22,7 +22,18 @@ NetworkProgram::NetworkProgram(std::string command) : command_(std::move(command
 ScalarImage NetworkProgram::Ask(const std::vector<const Image8*>& images,
                                 const Monitor& monitor) const {
   const std::lock_guard lock(mutex_);
-  if (!folder_) folder_ = std::make_unique<TemporaryFolder>();
+  try {
+    if (!folder_) folder_ = std::make_unique<TemporaryFolder>();
+    return Answer(images, monitor);
+  } catch (...) {
+    // What it says next may belong to this question: the next one starts another program.
+    process_.reset();
+    throw;
+  }
+}
+
+ScalarImage NetworkProgram::Answer(const std::vector<const Image8*>& images,
+                                   const Monitor& monitor) const {
   std::string line;
   for (size_t i = 0; i < images.size(); ++i) {
     const fs::path path = folder_->path() / fmt::format("image{}.png", i);
@@ -35,14 +46,8 @@ ScalarImage NetworkProgram::Ask(const std::vector<const Image8*>& images,
     fs::remove(output.string() + extension, ignored);
   }
   line += output.string();
-  std::string answer;
-  try {
-    if (!process_) process_ = std::make_unique<LineProcess>(command_);
-    answer = process_->Ask(line, monitor);
-  } catch (const Error&) {
-    process_.reset();  // the next question starts another
-    throw;
-  }
+  if (!process_) process_ = std::make_unique<LineProcess>(command_);
+  const std::string answer = process_->Ask(line, monitor);
   if (answer != "ok") {
     constexpr size_t kMost = 200;
     throw RunError(fmt::format("'{}' answered '{}' instead of ok", command_,

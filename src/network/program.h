@@ -14,8 +14,9 @@
 
 namespace retint {
 
-// The program is started by the first question and lives as long as this, or until a question is
-// cancelled. A question is a line on its stdin, with tabs between its parts:
+// The program is started by the first question and lives as long as this, or until a question
+// fails or is cancelled; the next question then starts it again. A question is a line on its stdin,
+// with tabs between its parts:
 //   IMAGE.png ... OUTPUT
 // It writes one number a pixel to OUTPUT.npy, OUTPUT.pfm or OUTPUT.png (network/pixel_file.h), then
 // the line "ok" on stdout. Any other answer is its own message of a fault.
@@ -28,6 +29,8 @@ class NetworkProgram {
   ScalarImage Ask(const std::vector<const Image8*>& images, const Monitor& monitor) const;
 
  private:
+  ScalarImage Answer(const std::vector<const Image8*>& images, const Monitor& monitor) const;
+
   const std::string command_;
   mutable std::mutex mutex_;
   mutable std::unique_ptr<TemporaryFolder> folder_;

@@ -169,6 +169,22 @@ TEST_F(ProcessTest, AProgramThatEndsInsteadOfAnAnswerSaysWhyOnceAndForAll) {
   }
 }
 
+TEST_F(ProcessTest, ItsEndIsNoticedAlthoughItsChildHoldsItsOutput) {
+  const std::string child = (folder_ / "child").string();
+  LineProcess program("read line; sleep 600 & echo $! >" + child + "; echo gone >&2; exit 5");
+  try {
+    program.Ask("hello", monitor_);
+    ADD_FAILURE() << "it answered";
+  } catch (const RunError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("ended with exit code 5 instead of an answer: gone"));
+  }
+  const pid_t pid = pid_t(std::stol(ReadFile(child)));
+  for (int i = 0; i < 1000 && IsRunning(pid); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_FALSE(IsRunning(pid)) << "its child ends with it";
+}
+
 TEST_F(ProcessTest, EndsWithItsInputAndIsKilledIfItDoesNot) {
   { LineProcess("cat >/dev/null; touch " + (folder_ / "ended").string()); }
   EXPECT_TRUE(std::filesystem::exists(folder_ / "ended"));
