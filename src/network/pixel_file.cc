@@ -15,6 +15,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/printable.h"
 #include "colmap_io/image_io.h"
 
 namespace retint {
@@ -53,9 +54,14 @@ const NpyType kNpyTypes[] = {
     {"f8", 8, Convert<double>},
 };
 
-ScalarImage ImageOf(const fs::path& path, int64_t width, int64_t height) {
+// Of numbers that take `bytes` each, if the file has `available` bytes of them.
+ScalarImage ImageOf(const fs::path& path, int64_t width, int64_t height, size_t bytes,
+                    size_t available) {
   if (width <= 0 || height <= 0 || width > kMostPixels / height) {
     throw InputError(path, "has no pixels, or more than a picture has");
+  }
+  if (available != size_t(width * height) * bytes) {
+    throw InputError(path, "does not hold as many numbers as its header says");
   }
   return {int(width), int(height)};
 }
@@ -113,12 +119,9 @@ ScalarImage ReadNpy(const fs::path& path) {
   const auto found = std::ranges::find(kNpyTypes, type.substr(1, 2), &NpyType::name);
   if (found == std::end(kNpyTypes)) {
     throw InputError(path,
-                     "has numbers of type " + std::string(type.substr(0, 3)) + ": save float32");
+                     "has numbers of type " + Printable(type.substr(0, 3)) + ": save float32");
   }
-  ScalarImage image = ImageOf(path, shape[1], shape[0]);
-  if (bytes.size() != image.data.size() * found->bytes) {
-    throw InputError(path, "does not hold as many numbers as its header says");
-  }
+  ScalarImage image = ImageOf(path, shape[1], shape[0], found->bytes, bytes.size());
   found->convert(bytes, swapped, image.data);
   return image;
 }
@@ -144,10 +147,7 @@ ScalarImage ReadPfm(const fs::path& path) {
   if (word() != "Pf") throw InputError(path, "is not a .pfm file of one channel");
   const int width = number(0), height = number(0);
   const double scale = number(0.0);
-  ScalarImage image = ImageOf(path, width, height);
-  if (rest.size() != image.data.size() * sizeof(float)) {
-    throw InputError(path, "does not hold as many numbers as its header says");
-  }
+  ScalarImage image = ImageOf(path, width, height, sizeof(float), rest.size());
   std::vector<float> values(image.data.size());
   Convert<float>(rest, /*swapped=*/scale > 0, values);
   for (int y = 0; y < height; ++y) {

@@ -10,6 +10,7 @@
 #include "colmap_io/nerfstudio.h"
 #include "colmap_io/photo.h"
 #include "colmap_io/sparse.h"
+#include "network/pixel_file.h"
 #include "scene/sh_band4.h"
 #include "splat_io/splat_io.h"
 #include "tests/fuzz/targets.h"
@@ -223,6 +224,22 @@ std::vector<std::string> DepthSeeds() {
   return {Written("a.bin", [](const fs::path& path) { WriteDepthMap(path, DepthMap(5, 4, 2)); })};
 }
 
+// ---- Pixels that programs write
+
+std::string Npy(const std::string& type, size_t bytes) {
+  std::string header = "{'descr': '" + type + "', 'fortran_order': False, 'shape': (1, 3, 2), }";
+  header.resize(118, ' ');
+  return std::string("\x93NUMPY\x01\x00\x76\x00", 10) + header + std::string(6 * bytes, '\x3c');
+}
+
+std::vector<std::string> NpySeeds() {
+  return {Npy("<f4", 4), Npy("|b1", 1), Npy(">i2", 2), Npy("<f2", 2), Npy("<f8", 8)};
+}
+
+std::vector<std::string> PfmSeeds() {
+  return {"Pf\n3 2\n-1.0\n" + std::string(24, '\x3f'), "Pf 1 1 1 " + std::string(4, '\0')};
+}
+
 }  // namespace
 
 std::span<const FuzzTarget> ReaderTargets() {
@@ -382,6 +399,8 @@ std::span<const FuzzTarget> ReaderTargets() {
        nullptr,
        DepthSeeds,
        {}},
+      {"npy", "a.npy", [](const fs::path& f) { ReadPixels(f / "a.npy"); }, nullptr, NpySeeds, {}},
+      {"pfm", "a.pfm", [](const fs::path& f) { ReadPixels(f / "a.pfm"); }, nullptr, PfmSeeds, {}},
   };
   return targets;
 }

@@ -80,6 +80,7 @@ TEST_F(PixelFile, BadNpyIsRefused) {
   EXPECT_THAT(Fault("a.npy", whole.substr(0, whole.size() - 1)), HasSubstr("as many numbers"));
   EXPECT_THAT(Fault("a.npy", Npy("<f4", "2, 2", values, "True")), HasSubstr("ascontiguousarray"));
   EXPECT_THAT(Fault("a.npy", Npy("<c8", "2, 2", values)), HasSubstr("save float32"));
+  EXPECT_THAT(Fault("a.npy", Npy("<f\n", "2, 2", values)), testing::Not(HasSubstr("\n")));
   EXPECT_THAT(Fault("a.npy", Npy("<f4", "2, 2, 2", values)), HasSubstr("[height, width]"));
   EXPECT_THAT(Fault("a.npy", Npy("<f4", "4000000000, 4000000000", values)),
               HasSubstr("more than a picture has"));
