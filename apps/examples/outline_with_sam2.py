@@ -24,13 +24,16 @@ def points_in(strokes, channel, count=8):
 for line in sys.stdin:
     image, *strokes, output = line.rstrip("\n").split("\t")
     picture = numpy.array(Image.open(image).convert("RGB"))
-    inside, outside = [numpy.array(picture.shape[1::-1]) // 2], []
+    inside, outside, box = [numpy.array(picture.shape[1::-1]) // 2], [], None
     if strokes:
         drawn = numpy.array(Image.open(strokes[0]).convert("RGB"))
         inside, outside = points_in(drawn, 1), points_in(drawn, 0)
+        blue = numpy.argwhere(drawn[:, :, 2] > 127)[:, ::-1]
+        box = numpy.concatenate([blue.min(0), blue.max(0)]) if len(blue) else None
     points = numpy.array([*inside, *outside], dtype=numpy.float32)
     labels = numpy.array([1] * len(inside) + [0] * len(outside))
+    points, labels = (points, labels) if len(points) else (None, None)
     predictor.set_image(picture)
-    masks, _, _ = predictor.predict(points, labels, multimask_output=False)
+    masks, _, _ = predictor.predict(points, labels, box=box, multimask_output=False)
     numpy.save(output + ".npy", masks[0].astype(numpy.uint8) * 255)
     print("ok", flush=True)

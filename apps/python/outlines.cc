@@ -79,7 +79,8 @@ Mask MakeMask(PySession& self, const std::string& view, const py::object& inside
               const py::object& wand, const py::object& scissors, const py::object& sphere,
               const py::object& box, const py::object& like, int snap_edge, bool this_view_alone,
               const std::string& image, const std::string& pixels, const std::string& network,
-              py::object progress) {
+              const py::object& points, const py::object& points_outside,
+              const py::object& rectangle, py::object progress) {
   CheckOption(image == "render" || image == "photo", "image is 'render' or 'photo'");
   CheckOption(pixels == "pinhole" || pixels == "photo", "pixels is 'pinhole' or 'photo'");
   CheckOption(snap_edge >= 0 && snap_edge <= 200, "snap_edge is 0 to 200 pixels");
@@ -93,6 +94,16 @@ Mask MakeMask(PySession& self, const std::string& view, const py::object& inside
   request.this_view_alone = this_view_alone;
   if (!mask.is_none()) request.mask = ToMask(mask, picture.width, picture.height);
   if (!network.empty()) request.network = MakeMaskNetwork(network);
+  if (!points.is_none()) request.prompt.inside = Points(points, "points");
+  if (!points_outside.is_none()) {
+    request.prompt.outside = Points(points_outside, "points_outside");
+  }
+  if (!rectangle.is_none()) {
+    const auto at = Numbers(rectangle, 4, 4, "rectangle");
+    const Eigen::Vector2d a(at[0], at[1]), b(at[2], at[3]);
+    CheckOption(((a - b).cwiseAbs().array() >= 1).all(), "rectangle holds no pixel");
+    request.prompt.rectangle = {a.cwiseMin(b), a.cwiseMax(b)};
+  }
   request.inside = Strokes(self, inside, brush, picture, true);
   request.outside = Strokes(self, outside, brush, picture, false);
   if (!wand.is_none()) {
@@ -163,16 +174,19 @@ void BindOutlines(py::class_<PySession>& type) {
              const py::object& wand, const py::object& scissors, const py::object& sphere,
              const py::object& box, const py::object& like, int snap_edge, bool this_view_alone,
              const std::string& image, const std::string& pixels, const std::string& network,
-             py::object progress) {
+             const py::object& points, const py::object& points_outside,
+             const py::object& rectangle, py::object progress) {
             return FromPixels(MakeMask(self, view, inside, outside, brush, mask, wand, scissors,
                                        sphere, box, like, snap_edge, this_view_alone, image, pixels,
-                                       network, std::move(progress)));
+                                       network, points, points_outside, rectangle,
+                                       std::move(progress)));
           },
           py::arg("view"), py::kw_only(), py::arg("inside") = none, py::arg("outside") = none,
           py::arg("brush") = 6.0, py::arg("mask") = none, py::arg("wand") = none,
           py::arg("scissors") = none, py::arg("sphere") = none, py::arg("box") = none,
           py::arg("like") = none, py::arg("snap_edge") = 0, py::arg("this_view_alone") = false,
           py::arg("image") = "render", py::arg("pixels") = "pinhole", py::arg("network") = "",
+          py::arg("points") = none, py::arg("points_outside") = none, py::arg("rectangle") = none,
           py::arg("progress") = none,
           "Selects an object in one view, as `retint mask` does. Returns a soft mask, [H, W] "
           "uint8.\n"
@@ -180,8 +194,10 @@ void BindOutlines(py::class_<PySession>& type) {
           "One of these selects:\n"
           "- `inside`, `outside`: strokes on and beside the object, each a mask or a list of "
           "lines [n, 2] in pixels that are `brush` pixels wide\n"
-          "- `network`: 'onnx:FILE' or 'exec:COMMAND', your own network's outline, which strokes "
-          "correct\n"
+          "- `network`: your own network's outline, which strokes correct: 'onnx:FILE', "
+          "'onnx:ENCODER.onnx,DECODER.onnx' or 'exec:COMMAND'. `points` and `points_outside` [n, "
+          "2] "
+          "and `rectangle` (x, y, x, y), in pixels, say which object\n"
           "- `mask`: an array or a path\n"
           "- `wand`: (x, y[, color[, depth[, normal]]]), a pixel and tolerances\n"
           "- `scissors`: anchors [n, 2] along the outline, in pixels\n"

@@ -28,8 +28,8 @@ struct Arguments {
   SceneArguments scene;
   std::string view, image = "render";
   std::filesystem::path mask, output;
-  std::vector<std::string> inside, outside;
-  std::string network, wand, scissors, sphere, box, like;
+  std::vector<std::string> inside, outside, points, points_outside;
+  std::string network, rectangle, wand, scissors, sphere, box, like;
   double brush = 6;
   int snap = 0;
   bool alone = false;
@@ -146,6 +146,35 @@ void CheckCrossings(const ViewMaskRequest& request, const StrokeFlag& inside,
                                 pixel / width));
 }
 
+// Which object the network outlines.
+ObjectPrompt ToPrompt(const Arguments& arguments, const UserPicture& view) {
+  const auto within = [&](const std::string& flag, const std::string& text, double x, double y) {
+    CheckOption(x >= 0 && y >= 0 && x < view.width && y < view.height,
+                fmt::format("{} {}: lies outside view {}, which is {}x{} pixels", flag, text,
+                            view.name, view.width, view.height));
+    return Eigen::Vector2d(x, y);
+  };
+  const auto points = [&](const std::string& flag, const std::vector<std::string>& values) {
+    std::vector<Eigen::Vector2d> all;
+    for (const std::string& value : values) {
+      const auto at = Numbers(flag, value, 2, 2, "X,Y");
+      all.push_back(within(flag, value, at[0], at[1]));
+    }
+    return all;
+  };
+  ObjectPrompt prompt;
+  prompt.inside = points("--point", arguments.points);
+  prompt.outside = points("--point-outside", arguments.points_outside);
+  if (arguments.rectangle.empty()) return prompt;
+  const auto at = Numbers("--rectangle", arguments.rectangle, 4, 4, "X,Y,X,Y");
+  const auto a = within("--rectangle", arguments.rectangle, at[0], at[1]);
+  const auto b = within("--rectangle", arguments.rectangle, at[2], at[3]);
+  CheckOption(((a - b).cwiseAbs().array() >= 1).all(),
+              "--rectangle " + arguments.rectangle + ": holds no pixel");
+  prompt.rectangle = {a.cwiseMin(b), a.cwiseMax(b)};
+  return prompt;
+}
+
 // The tool that selects, and its limits.
 ViewMaskRequest ToRequest(const Arguments& arguments, const Pictures& pictures,
                           const UserPicture& view) {
@@ -154,6 +183,7 @@ ViewMaskRequest ToRequest(const Arguments& arguments, const Pictures& pictures,
   request.snap_edge = arguments.snap;
   request.this_view_alone = arguments.alone;
   if (!arguments.network.empty()) request.network = MakeMaskNetwork(arguments.network);
+  request.prompt = ToPrompt(arguments, view);
   const StrokeFlag inside{kInside, arguments.inside, arguments.brush};
   const StrokeFlag outside{kOutside, arguments.outside, arguments.brush};
   if (!arguments.mask.empty()) {
@@ -210,6 +240,10 @@ void CheckArguments(const Arguments& arguments) {
   CheckOption(sources == 1 || limited,
               "there is nothing to select by: give --mask, --scribble, --network, --wand, "
               "--scissors, --sphere, --box or --like");
+  const bool prompted = !arguments.points.empty() || !arguments.points_outside.empty() ||
+                        !arguments.rectangle.empty();
+  CheckOption(!prompted || !arguments.network.empty(),
+              "--point, --point-outside and --rectangle need --network");
   CheckOption(arguments.outside.empty() || outlined,
               "--scribble-outside needs --scribble or --network");
   CheckOption(!arguments.alone || outlined, "--this-view-alone needs --scribble or --network");
@@ -286,10 +320,23 @@ void AddMask(CLI::App& app, Globals& globals, Action& action) {
                      ->group(kOne));
   Everyday(verb, verb->add_option("--network", arguments->network,
                                   "The object that your own network outlines: onnx:FILE (such as "
-                                  "ISNet) or exec:COMMAND (a program, which sees the strokes too). "
-                                  "Strokes correct it")
+                                  "ISNet), onnx:ENCODER.onnx,DECODER.onnx (such as SAM, with "
+                                  "--point or --rectangle) or exec:COMMAND (a program). Strokes "
+                                  "correct it")
                      ->type_name("NAME")
                      ->group(kOne));
+  AddRepeated(verb, "--point", arguments->points,
+              "For the network: a pixel of the object; repeatable")
+      ->type_name("X,Y")
+      ->group(kOne);
+  AddRepeated(verb, "--point-outside", arguments->points_outside,
+              "For the network: a pixel beside the object; repeatable")
+      ->type_name("X,Y")
+      ->group(kOne);
+  verb->add_option("--rectangle", arguments->rectangle,
+                   "For the network: two corners of a rectangle about the object")
+      ->type_name("X,Y,X,Y")
+      ->group(kOne);
   AddOnnxRuntime(verb, kOne);
   verb->add_flag("--this-view-alone", arguments->alone,
                  "With strokes or a network: do not look at other views")

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -11,15 +12,46 @@
 #include <opencv2/imgproc.hpp>
 
 #include "base/error.h"
+#include "network/mask_tensors.h"
 #include "network/network_name.h"
 #include "network/onnx_model.h"
 #include "network/pixel_values.h"
 #include "network/program.h"
+#include "network/prompted_outlines.h"
 
 namespace retint {
 namespace {
 
-constexpr int kUsualSide = 1024;  // of a network for any size: ISNet's and BiRefNet's
+// The rectangle with a tenth of its size around it, within the image: a network needs to see beside
+// the object.
+cv::Rect AreaOf(const ObjectPrompt& prompt, const cv::Rect& whole) {
+  if (!prompt.rectangle) return whole;
+  const Eigen::Array2d least = (*prompt.rectangle)[0], most = (*prompt.rectangle)[1];
+  constexpr double kMargin = 0.1;
+  const Eigen::Array2d low = (least - kMargin * (most - least)).floor();
+  const Eigen::Array2d high = (most + kMargin * (most - least)).ceil();
+  const cv::Rect area = whole & cv::Rect(cv::Point(int(low.x()), int(low.y())),
+                                         cv::Point(int(high.x()), int(high.y())));
+  return area.empty() ? whole : area;
+}
+
+// Without the connected parts that have no point inside, if another has one.
+void KeepNamedParts(const std::vector<Eigen::Vector2d>& inside, cv::Mat* mask) {
+  cv::Mat parts;
+  const int count = cv::connectedComponents(*mask >= 0.5, parts);
+  std::vector<bool> is_named(size_t(count), false);
+  for (const Eigen::Vector2d& point : inside) {
+    const cv::Point at(int(point.x()), int(point.y()));
+    if (cv::Rect(cv::Point(), mask->size()).contains(at)) {
+      is_named[size_t(parts.at<int>(at))] = true;
+    }
+  }
+  is_named[0] = false;  // the background
+  if (std::ranges::find(is_named, true) == is_named.end()) return;
+  for (int part = 1; part < count; ++part) {
+    if (!is_named[size_t(part)]) mask->setTo(0, parts == part);
+  }
+}
 
 class OnnxOutlines : public MaskNetwork {
  public:
@@ -28,23 +60,22 @@ class OnnxOutlines : public MaskNetwork {
     name_.OneOf("provider", "cpu", {"cpu"});
   }
 
-  ScalarImage Outline(const Image8& image, const Image8&, const Monitor& monitor) const override {
+  ScalarImage Outline(const Image8& image, const ObjectPrompt& prompt, const Image8&,
+                      const Monitor& monitor) const override {
     const std::lock_guard lock(mutex_);
     Open();
-    std::vector<Tensor> inputs = {InputOf(image)};
-    const std::vector<Tensor> outputs = model_->Run(std::move(inputs), monitor);
-    cv::Mat found = MaskIn(outputs);
-    double least = 0, most = 0;
-    cv::minMaxLoc(found, &least, &most);
-    constexpr double kSlack = 0.01;              // of half floats
-    if (least < -kSlack || most > 1 + kSlack) {  // log odds
-      cv::exp(-found, found);
-      found = 1 / (1 + found);
-    }
+    const cv::Rect area = AreaOf(prompt, {0, 0, image.width, image.height});
+    cv::Mat scaled;
+    cv::resize(MatOf(image)(area), scaled, size_, 0, 0, cv::INTER_AREA);
+    std::vector<Tensor> inputs = {PictureTensor(scaled, size_, values_, false)};
+    cv::Mat found = MaskIn(model_->Run(std::move(inputs), monitor));
+    MakeSure(&found);
     ScalarImage mask(image.width, image.height);
     cv::Mat out(image.height, image.width, CV_32F, mask.data.data());
-    cv::resize(found, out, out.size(), 0, 0, cv::INTER_LINEAR);
+    cv::resize(found, found, area.size(), 0, 0, cv::INTER_LINEAR);
+    found.copyTo(out(area));
     for (float& v : mask.data) v = std::clamp(v, 0.0f, 1.0f);
+    KeepNamedParts(prompt.inside, &out);
     return mask;
   }
 
@@ -60,11 +91,9 @@ class OnnxOutlines : public MaskNetwork {
     auto model = std::make_unique<OnnxModel>(name_.file, name_.settings.contains("provider"));
     const auto& inputs = model->inputs();
     const std::vector<int64_t> shape = inputs.empty() ? std::vector<int64_t>() : inputs[0].shape;
-    constexpr int64_t kMostSide = 1 << 14;
-    const auto is_side = [](int64_t side) { return side != 0 && side <= kMostSide; };
     const bool fits = inputs.size() == 1 && inputs[0].is_tensor && shape.size() == 4 &&
                       (shape[0] == 1 || shape[0] < 0) && (shape[1] == 3 || shape[1] < 0) &&
-                      is_side(shape[2]) && is_side(shape[3]);
+                      IsSide(shape[2]) && IsSide(shape[3]);
     if (!fits) {
       throw InputError(
           name_.file,
@@ -74,24 +103,6 @@ class OnnxOutlines : public MaskNetwork {
     }
     size_ = {shape[3] < 0 ? kUsualSide : int(shape[3]), shape[2] < 0 ? kUsualSide : int(shape[2])};
     model_ = std::move(model);
-  }
-
-  Tensor InputOf(const Image8& image) const {
-    // cv::Mat takes no const data; it is only read here.
-    const cv::Mat whole(image.height, image.width, CV_8UC3,
-                        const_cast<uint8_t*>(image.data.data()));
-    cv::Mat scaled;
-    cv::resize(whole, scaled, size_, 0, 0, cv::INTER_AREA);
-    Tensor tensor;
-    tensor.shape = {1, 3, size_.height, size_.width};
-    for (int c = 0; c < 3; ++c) {
-      for (int y = 0; y < size_.height; ++y) {
-        for (int x = 0; x < size_.width; ++x) {
-          tensor.values.push_back(ToNetwork(values_, scaled.ptr(y)[3 * x + c], size_t(c)));
-        }
-      }
-    }
-    return tensor;
   }
 
   // The first output that is one picture.
@@ -117,7 +128,7 @@ class ProgramOutlines : public MaskNetwork {
  public:
   explicit ProgramOutlines(NetworkName name) : name_(std::move(name)), program_(name_.command) {}
 
-  ScalarImage Outline(const Image8& image, const Image8& strokes,
+  ScalarImage Outline(const Image8& image, const ObjectPrompt&, const Image8& strokes,
                       const Monitor& monitor) const override {
     std::vector<const Image8*> images = {&image};
     if (!strokes.Empty()) images.push_back(&strokes);
@@ -144,7 +155,14 @@ class ProgramOutlines : public MaskNetwork {
 std::unique_ptr<MaskNetwork> MakeMaskNetwork(const std::string& name) {
   NetworkName parsed = ParseNetworkName(name, {"provider", "values"});
   if (parsed.IsProgram()) return std::make_unique<ProgramOutlines>(std::move(parsed));
-  return std::make_unique<OnnxOutlines>(std::move(parsed));
+  constexpr std::string_view kBetween = ".onnx,";
+  const std::string files = parsed.file.string();
+  const size_t at = files.find(kBetween);
+  if (at == std::string::npos) return std::make_unique<OnnxOutlines>(std::move(parsed));
+  parsed.file = files.substr(0, at + kBetween.size() - 1);
+  const std::string decoder = files.substr(at + kBetween.size());
+  CheckOption(!decoder.empty(), name + ": the decoder's file is missing behind the comma");
+  return MakePromptedOutlines(parsed, decoder);
 }
 
 }  // namespace retint

@@ -36,20 +36,52 @@ int64_t NumbersOf(const std::vector<int64_t>& shape) {
   return numbers;
 }
 
-bool IsNumber(int type) { return type == ort::kFloat || type == ort::kHalf || type == ort::kByte; }
+// Of ONNXTensorElementDataType; 0 for types that we do not pass.
+size_t BytesOf(int type) {
+  switch (type) {
+    case ort::kFloat:
+    case ort::kInt32:
+      return 4;
+    case ort::kInt64:
+      return 8;
+    case ort::kHalf:
+      return 2;
+    case ort::kByte:
+    case ort::kBool:
+      return 1;
+    default:
+      return 0;
+  }
+}
 
-size_t BytesOf(int type) { return type == ort::kFloat ? 4 : type == ort::kHalf ? 2 : 1; }
+template <typename T>
+void Put(T value, uint8_t* out) {
+  std::memcpy(out, &value, sizeof value);
+}
+
+template <typename T>
+T Get(const uint8_t* data) {
+  T value;
+  std::memcpy(&value, data, sizeof value);
+  return value;
+}
 
 std::vector<uint8_t> Encode(const std::vector<float>& values, int type) {
-  std::vector<uint8_t> bytes(values.size() * BytesOf(type));
+  const size_t size = BytesOf(type);
+  std::vector<uint8_t> bytes(values.size() * size);
   for (size_t i = 0; i < values.size(); ++i) {
+    uint8_t* const out = &bytes[size * i];
+    const float v = values[i];
     if (type == ort::kFloat) {
-      std::memcpy(&bytes[4 * i], &values[i], 4);
+      Put(v, out);
     } else if (type == ort::kHalf) {
-      const Eigen::half half(values[i]);
-      std::memcpy(&bytes[2 * i], &half, 2);
+      Put(Eigen::half(v), out);
+    } else if (type == ort::kInt32) {
+      Put(int32_t(std::lround(v)), out);
+    } else if (type == ort::kInt64) {
+      Put(int64_t(std::lround(v)), out);
     } else {
-      bytes[i] = uint8_t(std::clamp(std::lround(values[i]), 0L, 255L));
+      Put(uint8_t(std::clamp(std::lround(v), 0L, 255L)), out);
     }
   }
   return bytes;
@@ -57,17 +89,14 @@ std::vector<uint8_t> Encode(const std::vector<float>& values, int type) {
 
 std::vector<float> Decode(const void* data, size_t count, int type) {
   std::vector<float> values(count);
-  const auto* bytes = static_cast<const uint8_t*>(data);
+  const size_t size = BytesOf(type);
   for (size_t i = 0; i < count; ++i) {
-    if (type == ort::kFloat) {
-      std::memcpy(&values[i], bytes + 4 * i, 4);
-    } else if (type == ort::kHalf) {
-      Eigen::half half;
-      std::memcpy(&half, bytes + 2 * i, 2);
-      values[i] = float(half);
-    } else {
-      values[i] = bytes[i];
-    }
+    const uint8_t* const from = static_cast<const uint8_t*>(data) + size * i;
+    values[i] = type == ort::kFloat   ? Get<float>(from)
+                : type == ort::kHalf  ? float(Get<Eigen::half>(from))
+                : type == ort::kInt32 ? float(Get<int32_t>(from))
+                : type == ort::kInt64 ? float(Get<int64_t>(from))
+                                      : float(*from);
   }
   return values;
 }
@@ -159,7 +188,7 @@ struct OnnxModel::State {
       types->push_back(0);
       if (!info) continue;
       ports[i].shape = ShapeOf(info, &types->back());
-      ports[i].is_tensor = IsNumber(types->back());
+      ports[i].is_tensor = BytesOf(types->back()) > 0;
     }
     return ports;
   }
@@ -196,7 +225,7 @@ struct OnnxModel::State {
     Check(api.value_info(value, &made), "");
     const Owned<ort::TensorInfo> info(made, api.release_tensor_info);
     const std::vector<int64_t> shape = ShapeOf(made, &type);
-    if (!IsNumber(type)) return tensor;
+    if (BytesOf(type) == 0) return tensor;
     const int64_t numbers = NumbersOf(shape);
     if (numbers > kMostNumbers) {
       throw InputError(file, "its output " + name + " is " + ShapeText(shape) + ": too large");

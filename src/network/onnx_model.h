@@ -13,7 +13,7 @@
 
 namespace retint {
 
-// An input or output: pixels as floats, half floats or bytes.
+// An input or output: floats, half floats, bytes, truth values, or whole numbers of 32 or 64 bits.
 struct NetworkPort {
   std::string name;
   std::vector<int64_t> shape;  // below 0: any length

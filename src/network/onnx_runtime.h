@@ -23,7 +23,7 @@ struct Allocator;
 struct CudaOptions;
 
 // ONNXTensorElementDataType
-inline constexpr int kFloat = 1, kByte = 2, kHalf = 10;
+inline constexpr int kFloat = 1, kByte = 2, kInt32 = 6, kInt64 = 7, kBool = 9, kHalf = 10;
 
 // Functions of OrtApi. Each fails by returning a status, null if all is well; Check() reads it.
 struct Api {

@@ -26,7 +26,7 @@ ScalarImage NetworkProgram::Ask(const std::vector<const Image8*>& images,
     if (!folder_) folder_ = std::make_unique<TemporaryFolder>();
     return Answer(images, monitor);
   } catch (...) {
-    // What it says next may belong to this question: the next one starts another program.
+    // Its next line may belong to this question: the next question starts another program.
     process_.reset();
     throw;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Internal to selecting: strokes from the outline that a network proposes.
+// Strokes from the outline that a network proposes.
 #pragma once
 
 #include "base/monitor.h"
@@ -14,9 +14,10 @@ struct Strokes {
 
 // The inside and the outside of the network's outline of `color`, without the pixels within 1 % of
 // the longer side from its border. Color, depth and other views decide about those, as between
-// strokes. Strokes that the user drew, each of the image's size or empty, always hold. InputError
-// if the network finds nothing, or only the whole view.
-Strokes StrokesOf(const MaskNetwork& network, const Image& color, const Strokes& drawn,
-                  Monitor& monitor);
+// strokes. Strokes that the user drew, each of the image's size or empty, and points of `prompt`
+// always hold; the network sees a few points of the strokes, too. InputError if the network finds
+// nothing, or only the whole view.
+Strokes StrokesOf(const MaskNetwork& network, const Image& color, Strokes drawn,
+                  ObjectPrompt prompt, Monitor& monitor);
 
 }  // namespace retint

@@ -44,7 +44,8 @@ Mask Selected(SelectionPipeline& selection, const UserPicture& picture,
   if (!request.mask.Empty()) return request.mask;
   if (request.network || !request.inside.Empty()) {
     Strokes strokes{request.inside, request.outside};
-    if (request.network) strokes = StrokesOf(*request.network, layers.color, strokes, monitor);
+    if (request.network)
+      strokes = StrokesOf(*request.network, layers.color, strokes, request.prompt, monitor);
     return Scribbled(selection, picture, request, strokes, layers, monitor, asked);
   }
   if (request.wand) return MagicWand(layers, *request.wand);
@@ -75,6 +76,7 @@ void ViewMaskRequest::Check() const {
               "there is nothing to select by: neither a mask, strokes, a network, a wand nor "
               "scissors, nor a "
               "sphere, a box or a color");
+  CheckOption(network || prompt.Empty(), "points and a rectangle need a network");
   CheckOption(outside.Empty() || outlined, "strokes outside need strokes inside");
 }
 

@@ -39,6 +39,7 @@ struct ViewMaskRequest {
   Mask inside, outside;  // strokes; `outside` may be empty
   // Its outline is completed as strokes are; with it, both kinds of strokes may be empty.
   std::shared_ptr<const MaskNetwork> network;
+  ObjectPrompt prompt;  // for the network
   std::optional<WandOptions> wand;
   std::vector<Eigen::Vector2i> scissors;  // pixels
   // The limits of it.

@@ -155,8 +155,10 @@ import numpy
 class SAM2ImagePredictor:
     def __init__(self, model): assert model == ("a.yaml", "a.pt")
     def set_image(self, image): self.shape = image.shape[:2]
-    def predict(self, points, labels, multimask_output):
+    def predict(self, points, labels, box, multimask_output):
         mask = numpy.zeros(self.shape, bool)
+        if box is not None: mask[box[1], box[0]] = mask[box[3], box[2]] = True
+        if points is None: return mask[None], [1], None
         for (x, y), label in zip(points.astype(int), labels): mask[y, x] = label
         return mask[None], [1], None
 """,
@@ -169,5 +171,10 @@ class SAM2ImagePredictor:
     output = tmp_path / "output"
     ask("outline_with_sam2.py", tmp_path, ["a.yaml", "a.pt"], f"{image}\t{tmp_path}/strokes.png\t{output}")
     assert np.argwhere(np.load(f"{output}.npy") > 0).tolist() == [[1, 2]]
+    strokes[...] = 0
+    strokes[1:4, 2, 2] = strokes[1, 2:5, 2] = 255
+    pytest.importorskip("PIL.Image").fromarray(strokes).save(tmp_path / "strokes.png")
+    ask("outline_with_sam2.py", tmp_path, ["a.yaml", "a.pt"], f"{image}\t{tmp_path}/strokes.png\t{output}")
+    assert np.argwhere(np.load(f"{output}.npy") > 0).tolist() == [[1, 2], [3, 4]]
     ask("outline_with_sam2.py", tmp_path, ["a.yaml", "a.pt"], f"{image}\t{output}")
     assert np.argwhere(np.load(f"{output}.npy") > 0).tolist() == [[2, 3]]

@@ -226,7 +226,8 @@ class Session:
              box: Optional[Sequence[float]] = None, like: Optional[Sequence[float]] = None,
              snap_edge: int = 0, this_view_alone: bool = False, image: str = "render",
              pixels: str = "pinhole", network: str = "",
-             progress: Progress = None) -> NDArray[np.uint8]: ...
+             points: Optional[ArrayLike] = None, points_outside: Optional[ArrayLike] = None,
+             rectangle: Optional[Sequence[float]] = None, progress: Progress = None) -> NDArray[np.uint8]: ...
     def palette(self, of: Union[Masks, Painted, Sequence[Painted]],
                 colors: int = 5) -> List[Dict[str, Any]]: ...
     def select(self, painted: Union[Painted, Sequence[Painted]], *, progress: Progress = None,
