@@ -8,6 +8,8 @@
 #include <QToolButton>
 
 #include "tests/viewer/viewer_scene.h"
+#include "viewer/panels/color_picker.h"
+#include "viewer/panels/edit_panel.h"
 #include "viewer/panels/operation_views.h"
 #include "viewer/selection/selection_mode.h"
 
@@ -105,6 +107,33 @@ class WorkflowTest : public ViewerTest {
     QCOMPARE(canvas().CloudNote(), points);
     window_->SetCurrentRegion(0);
     QCOMPARE(canvas().CloudNote(), QString());
+  }
+
+  // The object changes while the mouse is still down in the color field, even if all panels were
+  // hidden.
+  void TheColorFieldHasTheKeyboardAfterAccept() {
+    window_->SetPanelsShown(false);
+    PressKey(*window_, Qt::Key_Return);
+    QVERIFY(Painting());
+    Paint(Truth(subject_.first));
+    QVERIFY(Accept());
+    auto* square = window_->findChild<ColorSquare*>("color_square");
+    QVERIFY(square->isVisible());
+    QVERIFY(square->hasFocus());
+    QVERIFY(Settle(controller()));  // the main color is known
+    const QImage plain = canvas().frame()->image;
+    const QPoint corner(square->width() - 5, 5);
+    DragHeld(square, {{20, 20}, corner});
+    const ColorEdit& edit = window_->findChild<EditPanel*>()->edit();
+    QTRY_VERIFY_WITH_TIMEOUT(canvas().IsSharp() && canvas().frame()->image != plain, kWaitMs);
+    QVERIFY(!edit.NeedsMainColor());
+    QTest::mouseRelease(square, Qt::LeftButton, {}, corner);
+    // An arrow goes on, and the accepted mask no longer hides the color.
+    const QColor dragged = NamedColor(edit);
+    QTest::keyClick(square, Qt::Key_Left);
+    QVERIFY(NamedColor(edit) != dragged);
+    QTRY_VERIFY(!window_->action("show.mask")->isChecked());
+    controller().CancelRefit();
   }
 
   void PaintAcceptRecolorAndTakeBack() {

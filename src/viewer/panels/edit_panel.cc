@@ -210,6 +210,10 @@ void EditPanel::FillMore(QMenu* menu) {
   }
 }
 
+QWidget* EditPanel::ColorControl() const {
+  return page()->color().isValid() ? static_cast<QWidget*>(&picker_->square()) : list_;
+}
+
 // --- What shows ----------------------------------------------------------------------------------
 
 EditPage* EditPanel::page() const { return static_cast<EditPage*>(pages_->currentWidget()); }

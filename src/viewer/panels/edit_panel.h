@@ -38,6 +38,8 @@ class EditPanel : public QWidget {
   // `base` is its color without an edit.
   void Show(uint64_t subject, const ColorEdit& edit, const QColor& base);
   const ColorEdit& edit() const { return edit_; }
+  // Where the keyboard goes to choose a color: the square of the page's color, else the steps.
+  QWidget* ColorControl() const;
   RowTree& list() { return *list_; }
   // The color of the picture that pickWanted() asked for.
   void TakePicked(const QColor& color);

@@ -15,6 +15,8 @@
 #include <QToolButton>
 #include <QVBoxLayout>
 
+#include "base/error.h"
+#include "editing/main_colors.h"
 #include "recolor/palette.h"
 #include "viewer/canvas/canvas.h"
 #include "viewer/canvas/contrast.h"
@@ -43,6 +45,16 @@ QIcon Swatch(const QColor& color, const QPalette& palette) {
   QIcon icon(picture);
   icon.addPixmap(picture, QIcon::Selected);
   return icon;
+}
+
+// [P, 3]: what a region looks like before its own edit.
+std::vector<float> PixelsOf(EditSession& session, RegionId id) {
+  const RegionSet& state = session.store().regions();
+  const Region* region = state.Find(id);
+  if (!region) return {};
+  const auto index = size_t(region - state.regions.data());
+  return PixelsOfSelection(*region->selection, session.scene().workspace(),
+                           session.scene().renderer(), session.store().ShAfter(state, index));
 }
 
 }  // namespace
@@ -106,6 +118,7 @@ RegionsPanel::RegionsPanel(SceneController* controller, Canvas* canvas, CurrentR
   const auto fresh = [this] {
     colors_.Clear();
     waiting_.reset();
+    ahead_.reset();
     Refresh();
   };
   connect(controller_, &SceneController::opened, this, fresh);
@@ -163,6 +176,27 @@ void RegionsPanel::MeasurePalette(int count, int before) {
           std::ranges::copy(color, palette.values.begin() + std::ptrdiff_t(i * kPairValues));
         }
         edit_->TakePalette(palette);
+      });
+}
+
+void RegionsPanel::MeasureAhead() {
+  const Region* of = Current();
+  if (!of || !of->edit.operations.empty()) return;
+  using Found = std::optional<ColorOperation>;
+  controller_->Ask(
+      {},
+      [id = of->id](EditSession& session, Monitor&) -> Found {
+        const ColorOperation recolor = NewOperation(ColorOperationKind::kRecolor, Qt::gray);
+        try {
+          return WithMainColors({{recolor}, 1}, PixelsOf(session, id)).operations.front();
+        } catch (const Error&) {
+          return std::nullopt;  // the first color says what is wrong
+        }
+      },
+      [this, id = of->id](const Found& found) {
+        const Region* region = Current();
+        const bool fits = region && region->id == id && region->edit.operations.empty();
+        if (found && fits) ahead_ = Ahead{id, *found};
       });
 }
 
@@ -265,6 +299,8 @@ QColor RegionsPanel::BaseOf(const Region& region) {
 }
 
 void RegionsPanel::Refresh() {
+  const Region* of = Current();
+  if (ahead_ && (!of || of->id != ahead_->region || !of->edit.operations.empty())) ahead_.reset();
   SendWaiting();
   filling_ = true;
   const auto& regions = controller_->regions().regions;
@@ -336,9 +372,11 @@ void RegionsPanel::OnItemChanged(QTreeWidgetItem* item, int column) {
   if (name.toStdString() != region->name) controller_->Do(RenameRegion{id, name.toStdString()});
 }
 
-void RegionsPanel::OnEdit(const ColorEdit& edit, bool dragging) {
+void RegionsPanel::OnEdit(const ColorEdit& chosen, bool dragging) {
   const Region* region = Current();
   if (!region) return;
+  ColorEdit edit = chosen;
+  if (ahead_ && !edit.operations.empty()) TakeMeasured(edit.operations.front(), ahead_->recolor);
   const std::string key = "edit " + std::to_string(region->id) + " " + std::to_string(drags_);
   if (!dragging) ++drags_;
   canvas_->SetCloudShown(false);  // it would hide the color that is chosen

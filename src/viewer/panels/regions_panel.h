@@ -38,6 +38,9 @@ class RegionsPanel : public QWidget {
   RowTree& list() { return *list_; }
   EditPanel& edit() { return *edit_; }
   QSlider& strength() { return *strength_; }
+  // Finds the main color of the current region if it has no edit yet: the first color that is
+  // dragged then shows at once.
+  void MeasureAhead();
   // In selection mode no color can be picked, and nothing else be painted.
   void SetSelecting(bool selecting);
 
@@ -55,7 +58,7 @@ class RegionsPanel : public QWidget {
   void ShowCurrent();
   void FillRow(QTreeWidgetItem* item, const Region& region, bool solo);
   void OnItemChanged(QTreeWidgetItem* item, int column);
-  void OnEdit(const ColorEdit& edit, bool dragging);
+  void OnEdit(const ColorEdit& chosen, bool dragging);
   void SendWaiting();
   QColor BaseOf(const Region& region);
   void OnStrength(int percent);
@@ -86,6 +89,12 @@ class RegionsPanel : public QWidget {
     std::string key;
   };
   std::optional<Waiting> waiting_;
+  // Of a region without an edit: a recolor whose main color was measured.
+  struct Ahead {
+    RegionId region;
+    ColorOperation recolor;
+  };
+  std::optional<Ahead> ahead_;
   RegionColors colors_;
 };
 

@@ -290,10 +290,9 @@ void MainWindow::ConnectSelection() {
     canvas_->SetCloudShown(false);  // it is less than the selection
     quality_->SetMaskShown(shows_accepted_ = true);
     ShowPage();
-    canvas_->setFocus();
+    GoToColor();
     verdict_->Show(id);
-    Say(tr("Choose a color in the Regions panel (%2). %1 hides the selection")
-            .arg(KeyText("show.mask"), KeyText("panel.regions")));
+    Say(tr("Drag in the color field. %1 hides the selection").arg(KeyText("show.mask")));
   });
   connect(selection_, &SelectionMode::left, this, [this] {
     ShowPage();

@@ -41,6 +41,7 @@ namespace retint {
 class Banner;
 class PaintVerdict;
 class QualityPanel;
+class RegionsPanel;
 class SampleScene;
 class SelectionMode;
 class SessionStore;
@@ -201,6 +202,9 @@ class MainWindow : public QMainWindow {
   // main_window_panels.cc
   void AddPanels();
   void OfferSplitting(RegionId region, const PaintDetail& detail);
+  // The control that colors the current region has the keyboard, in a panel that shows, and the
+  // first color that is dragged there shows at once.
+  void GoToColor();
 
   Theme* theme_;
   SceneController* controller_;
@@ -211,6 +215,7 @@ class MainWindow : public QMainWindow {
   VideoMaker* videos_;
   Uncertainty* uncertainty_;
   StrokePreview* preview_;
+  RegionsPanel* regions_panel_;
   QualityPanel* quality_;
   ViewsPanel* views_;
   Canvas* canvas_;

@@ -16,6 +16,7 @@
 #include <QStackedWidget>
 #include <QTabBar>
 
+#include "viewer/panels/edit_panel.h"
 #include "viewer/panels/optimizer_panel.h"
 #include "viewer/panels/quality_panel.h"
 #include "viewer/panels/regions_panel.h"
@@ -199,9 +200,15 @@ void MainWindow::OfferSplitting(RegionId region, const PaintDetail& detail) {
         {tr("Leave them")}}});
 }
 
+void MainWindow::GoToColor() {
+  action("panel.regions")->trigger();  // shows it
+  regions_panel_->edit().ColorControl()->setFocus(Qt::OtherFocusReason);
+  regions_panel_->MeasureAhead();
+}
+
 void MainWindow::AddPanels() {
   connect(current_, &CurrentRegion::changed, this, &MainWindow::ShowCloudOfCurrent);
-  auto* regions_panel = new RegionsPanel(controller_, canvas_, current_);
+  RegionsPanel* regions_panel = regions_panel_ = new RegionsPanel(controller_, canvas_, current_);
   connect(regions_panel, &RegionsPanel::paintWanted, this, &MainWindow::EnterSelection);
   connect(pages_, &QStackedWidget::currentChanged, regions_panel,
           [=, this] { regions_panel->SetSelecting(IsSelecting()); });
