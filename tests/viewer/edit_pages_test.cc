@@ -12,10 +12,12 @@
 
 #include "base/files.h"
 #include "kernels/common/color_spaces.h"
+#include "recolor/edit_text.h"
 #include "tests/viewer/edit_panel_fixture.h"
 #include "viewer/panels/edit_panel.h"
 #include "viewer/panels/gradient_bar.h"
 #include "viewer/panels/swatch_row.h"
+#include "viewer/panels/tone_graph.h"
 
 namespace retint {
 
@@ -85,6 +87,89 @@ class EditPagesTest : public EditPanelFixture {
     for (int x = area.width() - 40; x < area.width() - 12; ++x) colors << area.pixel(x, 12);
     QVERIFY(colors.size() > 2);
     Click("color_model0");
+  }
+
+  void CurvesAreDrawnOverTheRegionsHistogram() {
+    QVERIFY(AddPlain());
+    Select(0);
+    Click("mode_curves");
+    auto* graph = Find<ToneGraph>("curve_graph");
+    QTRY_VERIFY_WITH_TIMEOUT(graph->HasHistogram(), kWaitMs);
+    Keep(*window_, "curves");
+    // A press on the line makes a point, which is dragged on: one step to undo.
+    const auto at = [&](double in, double out) { return graph->PlaceOf({in, out}).toPoint(); };
+    DragAlong(graph, {at(0.5, 0.5), at(0.5, 0.6), at(0.5, 0.75)});
+    QVERIFY(Settle(Controller()));
+    QCOMPARE(Kinds(), std::vector{Kind::kLut});
+    const auto tone = Tone::Of(Edit().operations[0]);
+    QVERIFY(tone && tone->points.size() == 3);
+    const auto out = [&](float in) { return CompiledEdit(Edit()).Apply({in, in, in}).x(); };
+    // A pixel of the graph is 1 % of its height.
+    QVERIFY2(std::abs(out(0.5F) - 0.75F) < 0.02F, qPrintable(QString::number(out(0.5F))));
+    QVERIFY(out(0) < 1e-4F && out(1) > 0.9999F);
+    for (float in = 0; in < 1; in += 0.01F) {
+      QVERIFY(out(in) <= out(in + 0.01F) + 1e-5F);
+      // Between two of 33 nodes.
+      QVERIFY(std::abs(double(out(in)) - tone->At(double(in))) < 0.005);
+    }
+    QCOMPARE(Controller().history().labels.size(), size_t{2});  // with that of the region
+    // It is a curve after it was saved too, and no table of a file.
+    const ColorEdit saved = EditFromJson(EditToJson(Edit(), /*with_tables=*/true), {});
+    QVERIFY(Tone::Of(saved.operations[0])->points == tone->points);
+    QVERIFY(Steps()->topLevelItem(0)->text(0).contains("Curves"));
+    Click("mode_lut");
+    QVERIFY(Find<QLabel>("lut_name")->text().startsWith("No table yet"));
+    // By keys: nearer to the straight line, then away with the point.
+    Click("mode_curves");
+    graph->setFocus();
+    QTest::keyClick(graph, Qt::Key_Down, Qt::ShiftModifier);
+    QVERIFY(Settle(Controller()));
+    QVERIFY2(std::abs(out(0.5F) - 0.65F) < 0.02F, qPrintable(QString::number(out(0.5F))));
+    QTest::keyClick(graph, Qt::Key_Delete);
+    QVERIFY(Settle(Controller()));
+    QVERIFY(std::abs(out(0.5F) - 0.5F) < 1e-4F);
+    Click("curve_reset");
+    QVERIFY(Settle(Controller()));
+    QVERIFY(Edit().operations.empty());
+    Controller().CancelRefit();
+  }
+
+  void LevelsStretchTheRegion() {
+    QVERIFY(AddPlain());
+    Select(0);
+    Click("mode_curves");
+    Click("curve_add");
+    Click("mode_levels");
+    auto* graph = Find<ToneGraph>("levels_graph");
+    Type("levels.black", "0.2");
+    Type("levels.white", "0.8");
+    QVERIFY(Settle(Controller()));
+    QCOMPARE(Kinds(), (std::vector{Kind::kLut, Kind::kLut}));  // beside the curve
+    const auto out = [&](float in) { return CompiledEdit(Edit()).Apply({in, in, in}).x(); };
+    // Between two of 33 nodes.
+    QVERIFY(out(0.15F) < 1e-4F && out(0.85F) > 0.9999F && std::abs(out(0.5F) - 0.5F) < 0.01F);
+    QTRY_VERIFY_WITH_TIMEOUT(graph->HasHistogram(), kWaitMs);
+    const QPoint middle = graph->PlaceOf({0.5, 0}).toPoint();
+    DragAlong(graph, {middle, middle - QPoint(20, 0), middle - QPoint(30, 0)});
+    QVERIFY(Settle(Controller()));
+    Keep(*window_, "levels");
+    QVERIFY2(out(0.5F) > 0.6F, qPrintable(QString::number(out(0.5F))));
+    QVERIFY(Find<QDoubleSpinBox>("levels.middle")->value() > 1.2);
+    Type("levels.low", "0.3");
+    QVERIFY(Settle(Controller()));
+    QVERIFY(std::abs(out(0) - 0.3F) < 1e-4F);
+    graph->setFocus();
+    QTest::keyClick(graph, Qt::Key_PageDown);  // black
+    QTest::keyClick(graph, Qt::Key_Left, Qt::ShiftModifier);
+    QVERIFY(Settle(Controller()));
+    QVERIFY(std::abs(Find<QDoubleSpinBox>("levels.black")->value() - 0.1) < 0.001);
+    // All of them back where they were: no step is left.
+    for (const char* level : {"black", "middle", "white", "low"}) {
+      Click(qPrintable(QStringLiteral("levels.%1_reset").arg(level)));
+    }
+    QVERIFY(Settle(Controller()));
+    QCOMPARE(Kinds(), std::vector{Kind::kLut});
+    Controller().CancelRefit();
   }
 
   void TablesComeFromFiles() {

@@ -131,7 +131,7 @@ class Photographer {
   // The modes side by side.
   bool ShootModes() {
     auto* panel = window_.findChild<EditPanel*>("edit_panel");
-    const QStringList modes = {"recolor", "adjust", "grade", "gradient", "palette"};
+    const QStringList modes = {"recolor", "adjust", "curves", "levels", "gradient", "palette"};
     for (const QString& mode : modes) {
       window_.findChild<QAction*>("mode_" + mode)->trigger();
       if (mode == "adjust") window_.findChild<QCheckBox*>("adjust_ranged")->setChecked(true);

@@ -155,8 +155,8 @@ class SmallWindowTest : public ViewerTest {
     dock->raise();
     QStringList cut;
     std::optional<QPoint> place;  // of the steps
-    for (const char* mode :
-         {"recolor", "tint", "adjust", "grade", "lut", "gradient", "palette", "picture"}) {
+    for (const char* mode : {"recolor", "tint", "adjust", "curves", "levels", "grade", "lut",
+                             "gradient", "palette", "picture"}) {
       auto* action = dock->findChild<QAction*>(QStringLiteral("mode_") + mode);
       QVERIFY(action && action->isVisible());
       action->trigger();

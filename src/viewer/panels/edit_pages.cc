@@ -53,6 +53,10 @@ EditPage::EditPage(Kinds kinds) : kinds_(std::move(kinds)) {
   layout_->setSpacing(3);
 }
 
+bool EditPage::Shows(const ColorOperation& operation) const {
+  return std::ranges::find(kinds_, operation.kind) != kinds_.end();
+}
+
 ColorOperation EditPage::Operation(Kind kind) const {
   const ColorOperation* found = shown(kind);
   return found ? *found : NewOperation(kind, base_);

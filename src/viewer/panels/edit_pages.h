@@ -15,6 +15,7 @@
 #include "recolor/color_operation.h"
 #include "recolor/white_balance.h"
 #include "viewer/panels/operation_views.h"
+#include "viewer/panels/tone.h"
 
 class QCheckBox;
 class QDoubleSpinBox;
@@ -28,6 +29,7 @@ namespace retint {
 
 class GradientBar;
 class ParameterRow;
+class ToneGraph;
 
 class EditPage : public QWidget {
   Q_OBJECT
@@ -39,6 +41,8 @@ class EditPage : public QWidget {
 
   explicit EditPage(Kinds kinds);
   const Kinds& kinds() const { return kinds_; }
+  // Whether the page is about an operation of one of its kinds.
+  virtual bool Shows(const ColorOperation& operation) const;
   void Show(const Find& find);
   // Of a mode in which one color is chosen. Invalid: there is none to be chosen.
   virtual QColor color() const { return {}; }
@@ -147,12 +151,41 @@ class GradePage : public EditPage {
   GrayBalance balance_;
 };
 
+// Curves, or levels.
+class TonePage : public EditPage {
+  Q_OBJECT
+
+ public:
+  explicit TonePage(Tone::Kind kind);
+  bool Shows(const ColorOperation& operation) const override;
+  // Of what comes into the step, see LumaHistogram().
+  void SetHistogram(const std::vector<float>& bins);
+
+ protected:
+  void ShowMore() override;
+
+ private:
+  void AddButtons();
+  void AddLevels();
+  void Send(const Tone& tone, bool dragging);
+  struct Level {
+    ParameterRow* row;
+    std::function<double(const Tone& tone)> get;
+  };
+  const Tone::Kind kind_;
+  ToneGraph* graph_;
+  QToolButton* remove_ = nullptr;
+  std::vector<Level> levels_;
+};
+
+// Tables from files.
 class LutPage : public EditPage {
   Q_OBJECT
 
  public:
   LutPage();
   ~LutPage() override;
+  bool Shows(const ColorOperation& operation) const override;
   // Asks which file. `another`: its table is to be added to those that the edit has.
   void Choose(bool another);
 

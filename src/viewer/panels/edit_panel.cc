@@ -151,6 +151,10 @@ void EditPanel::BuildPages() {
           new RecolorPage);
   AddPage("adjust", tr("Adjust"), tr("Turn hues, change chroma and lightness, in OKLCh"),
           new AdjustPage);
+  AddPage("curves", tr("Curves"), tr("Draw how bright dark, middle and light colors become"),
+          new TonePage(Tone::Kind::kCurve));
+  AddPage("levels", tr("Levels"), tr("Choose what is black, middle and white"),
+          new TonePage(Tone::Kind::kLevels));
   AddPage("grade", tr("Grade"), tr("Exposure, contrast, gamma, white balance, saturation"),
           new GradePage);
   lut_ = new LutPage;
@@ -162,7 +166,7 @@ void EditPanel::BuildPages() {
   AddPage("palette", tr("Palette"), tr("Give each of the region's main colors another one"),
           palette_);
   connect(palette_, &PalettePage::measureWanted, this, [this](int count) {
-    const int row = IndexOf(Kind::kPalette);
+    const int row = IndexOf(Kind::kPalette, pages_->indexOf(palette_));
     Q_EMIT paletteWanted(count, row < 0 ? int(edit_.operations.size()) : row);
   });
   auto* picture = new PicturePage;
@@ -178,6 +182,7 @@ void EditPanel::BuildPages() {
   modes_->actions().back()->setVisible(false);
   connect(modes_, &QActionGroup::triggered, this, [this](const QAction* action) {
     SetMode(int(modes_->actions().indexOf(action)));
+    asked_of_ = 0;  // the region may have grown since its pixels were measured
     row_ = RowOfPage();
     ShowAll();
   });
@@ -218,24 +223,25 @@ QWidget* EditPanel::ColorControl() const {
 
 EditPage* EditPanel::page() const { return static_cast<EditPage*>(pages_->currentWidget()); }
 
-int EditPanel::ModeOf(Kind kind) const {
+int EditPanel::ModeOf(const ColorOperation& operation) const {
   for (int mode = 0; mode < pages_->count(); ++mode) {
-    const auto& kinds = static_cast<EditPage*>(pages_->widget(mode))->kinds();
-    if (std::ranges::find(kinds, kind) != kinds.end()) return mode;
+    if (static_cast<EditPage*>(pages_->widget(mode))->Shows(operation)) return mode;
   }
   return 0;
 }
 
-int EditPanel::IndexOf(Kind kind) const {
+int EditPanel::IndexOf(Kind kind, int mode) const {
   const auto& operations = edit_.operations;
-  if (row_ >= 0 && operations[size_t(row_)].kind == kind) return row_;
-  const auto found = std::ranges::find(operations, kind, &ColorOperation::kind);
+  const auto* of = static_cast<EditPage*>(pages_->widget(mode));
+  const auto is_it = [&](const ColorOperation& one) { return one.kind == kind && of->Shows(one); };
+  if (row_ >= 0 && is_it(operations[size_t(row_)])) return row_;
+  const auto found = std::ranges::find_if(operations, is_it);
   return found == operations.end() ? -1 : int(found - operations.begin());
 }
 
 int EditPanel::RowOfPage() const {
   for (const Kind kind : page()->kinds()) {
-    if (const int row = IndexOf(kind); row >= 0) return row;
+    if (const int row = IndexOf(kind, mode_); row >= 0) return row;
   }
   return -1;
 }
@@ -251,7 +257,7 @@ void EditPanel::Show(uint64_t subject, const ColorEdit& edit, const QColor& base
     strengths_.clear();
     Complain({});
     row_ = count - 1;
-    SetMode(count > 0 ? ModeOf(edit_.operations.back().kind) : 0);
+    SetMode(count > 0 ? ModeOf(edit_.operations.back()) : 0);
   } else {
     row_ = std::min(row_, count - 1);
     // A step that came back, or from elsewhere, to the page that shows it.
@@ -303,12 +309,43 @@ void EditPanel::ShowPage() {
   modes_->actions().at(mode_)->setChecked(true);
   mode_name_->setText(modes_->actions().at(mode_)->text());
   page()->Show([this](Kind kind) -> const ColorOperation* {
-    const int index = IndexOf(kind);
+    const int index = IndexOf(kind, mode_);
     return index < 0 ? nullptr : &edit_.operations[size_t(index)];
   });
   const QColor color = page()->color();
   picker_->setVisible(color.isValid());
   if (color.isValid()) picker_->SetColor(color);
+  ShowHistogram();
+}
+
+// Of what the steps before leave.
+void EditPanel::ShowHistogram() {
+  auto* tone = qobject_cast<TonePage*>(page());
+  if (!tone || subject_ == 0) return;
+  if (asked_of_ != subject_) {
+    asked_of_ = subject_;
+    Q_EMIT pixelsWanted();
+  }
+  if (pixels_of_ != subject_) return tone->SetHistogram({});
+  const int row = IndexOf(Kind::kLut, mode_);
+  ColorEdit before = edit_;
+  before.strength = 1;
+  if (row >= 0) before.operations.resize(size_t(row));
+  std::vector<float> pixels = pixels_;
+  // The main color of a step before comes soon, and shows anew.
+  if (!before.NeedsMainColor()) CompiledEdit(before).ApplyToAll(pixels);
+  tone->SetHistogram(LumaHistogram(pixels));
+}
+
+void EditPanel::TakePixels(uint64_t subject, const std::vector<float>& pixels) {
+  constexpr size_t kMost = 20000;
+  const size_t step = pixels.size() / 3 / kMost + 1;
+  pixels_.clear();
+  for (size_t i = 0; i + 2 < pixels.size(); i += 3 * step) {
+    pixels_.insert(pixels_.end(), {pixels[i], pixels[i + 1], pixels[i + 2]});
+  }
+  pixels_of_ = subject;
+  ShowHistogram();
 }
 
 void EditPanel::SetMode(int mode) {
@@ -319,7 +356,7 @@ void EditPanel::SetMode(int mode) {
 
 void EditPanel::SetRow(int row) {
   row_ = row;
-  SetMode(ModeOf(edit_.operations[size_t(row)].kind));
+  SetMode(ModeOf(edit_.operations[size_t(row)]));
   ShowAll();
 }
 
@@ -347,7 +384,7 @@ void EditPanel::Complain(const QString& problem) {
 
 void EditPanel::Add(Kind kind) {
   if (kind == Kind::kLut) {  // needs a file first
-    SetMode(ModeOf(kind));
+    SetMode(pages_->indexOf(lut_));
     ShowAll();
     return lut_->Choose(true);
   }
@@ -365,7 +402,7 @@ void EditPanel::Insert(const ColorOperation& operation, bool dragging) {
   const int mode = mode_;
   edit.operations.insert(at, operation);
   strengths_.clear();
-  SetMode(ModeOf(operation.kind));
+  SetMode(ModeOf(operation));
   if (Send(std::move(edit), dragging)) return;
   row_ = before;
   SetMode(mode);
@@ -374,7 +411,7 @@ void EditPanel::Insert(const ColorOperation& operation, bool dragging) {
 
 // A page's operation: in the place of the one that it showed, else new.
 void EditPanel::Take(const ColorOperation& operation, bool dragging) {
-  const int index = IndexOf(operation.kind);
+  const int index = IndexOf(operation.kind, ModeOf(operation));
   if (index < 0) return Insert(operation, dragging);
   ColorEdit edit = edit_;
   edit.operations[size_t(index)] = operation;
@@ -395,7 +432,7 @@ void EditPanel::RemoveRow(int row) {
 
 // The page stays. Another operation that it shows is the one at hand then.
 void EditPanel::RemoveFromPage(Kind kind) {
-  RemoveRow(IndexOf(kind));
+  RemoveRow(IndexOf(kind, mode_));
   row_ = RowOfPage();
   ShowAll();
 }

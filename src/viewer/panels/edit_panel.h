@@ -45,6 +45,8 @@ class EditPanel : public QWidget {
   void TakePicked(const QColor& color);
   void SetCanPick(bool can);  // whether pickWanted() leads anywhere
   void TakePalette(const ColorOperation& palette);
+  // [P, 3]: what pixelsWanted() asked for.
+  void TakePixels(uint64_t subject, const std::vector<float>& pixels);
 
  Q_SIGNALS:
   // By the user; it is valid. `dragging`: more is to come.
@@ -52,6 +54,8 @@ class EditPanel : public QWidget {
   void pickWanted();
   // The view that shows, or its photo, is to be edited in another program.
   void elsewhereWanted(bool photo);
+  // Pixels of the region as it is without its edit are wanted, for TakePixels().
+  void pixelsWanted();
   void splitWanted();  // of the Gaussians that take paint
   // The main colors that the steps before `before` leave are wanted, for TakePalette().
   void paletteWanted(int count, int before);
@@ -66,9 +70,11 @@ class EditPanel : public QWidget {
   void ShowPage();
   void SetMode(int mode);
   void SetRow(int row);
-  int ModeOf(ColorOperationKind kind) const;
-  int IndexOf(ColorOperationKind kind) const;  // in the list, -1: none
-  int RowOfPage() const;                       // the first operation that the page shows, -1: none
+  void ShowHistogram();
+  int ModeOf(const ColorOperation& operation) const;
+  // In the list, of a page: the one at hand, else the first. -1: none.
+  int IndexOf(ColorOperationKind kind, int mode) const;
+  int RowOfPage() const;  // the first operation that the page shows, -1: none
   EditPage* page() const;
   void Add(ColorOperationKind kind);
   void Insert(const ColorOperation& operation, bool dragging);
@@ -89,7 +95,9 @@ class EditPanel : public QWidget {
   int row_ = -1;  // of the list; -1: none
   int mode_ = 0;
   bool filling_ = false, pick_for_page_ = false;
-  std::map<int, float> strengths_;  // of operations that are off, by row
+  std::vector<float> pixels_;              // [P, 3], of pixels_of_
+  uint64_t pixels_of_ = 0, asked_of_ = 0;  // subjects
+  std::map<int, float> strengths_;         // of operations that are off, by row
   RowTree* list_;
   QWidget* list_box_;
   QToolButton *add_, *remove_, *copy_, *paste_;

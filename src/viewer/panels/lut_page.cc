@@ -40,6 +40,10 @@ LutPage::~LutPage() {
   PoolIsDone();
 }
 
+bool LutPage::Shows(const ColorOperation& operation) const {
+  return operation.kind == ColorOperationKind::kLut && !Tone::Of(operation);
+}
+
 void LutPage::Choose(bool another) {
   QSettings settings;
   const QString path = QFileDialog::getOpenFileName(

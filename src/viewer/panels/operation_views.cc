@@ -7,6 +7,7 @@
 #include <QCoreApplication>
 
 #include "kernels/common/color_spaces.h"
+#include "viewer/panels/tone.h"
 
 namespace retint {
 namespace {
@@ -114,6 +115,7 @@ QString Detail(const ColorOperation& op) {
       return Tr("of %1").arg(views.join(", "));
     }
     case Kind::kLut:
+      if (Tone::Of(op)) return {};
       return op.table ? QString::fromStdString(op.table->name) : QString();
     default:
       return {};
@@ -153,10 +155,15 @@ QString OperationTitle(Kind kind) {
   return Tr(qPrintable(name));
 }
 
+QString OperationTitle(const ColorOperation& operation) {
+  const auto tone = Tone::Of(operation);
+  if (!tone) return OperationTitle(operation.kind);
+  return tone->kind == Tone::Kind::kCurve ? Tr("Curves") : Tr("Levels");
+}
+
 QString OperationSummary(const ColorOperation& operation) {
-  const QString detail = Detail(operation);
-  return detail.isEmpty() ? OperationTitle(operation.kind)
-                          : OperationTitle(operation.kind) + " " + detail;
+  const QString detail = Detail(operation), title = OperationTitle(operation);
+  return detail.isEmpty() ? title : title + " " + detail;
 }
 
 ColorOperation NewOperation(Kind kind, const QColor& color) {

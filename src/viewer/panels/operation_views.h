@@ -37,6 +37,7 @@ struct ParameterView {
 std::span<const ParameterView> ParameterViews();
 
 QString OperationTitle(ColorOperationKind kind);
+QString OperationTitle(const ColorOperation& operation);  // tells curves and levels from other LUTs
 // "Recolor to #3060ff", "Exposure +0.5".
 QString OperationSummary(const ColorOperation& operation);
 // One that can be added to a list as it is; `color` is what it makes of the region, where it makes

@@ -244,6 +244,12 @@ void RegionsPanel::BuildEditors() {
   connect(edit_, &EditPanel::elsewhereWanted, this, &RegionsPanel::elsewhereWanted);
   connect(edit_, &EditPanel::splitWanted, this, &RegionsPanel::splitWanted);
   connect(edit_, &EditPanel::paletteWanted, this, &RegionsPanel::MeasurePalette);
+  connect(edit_, &EditPanel::pixelsWanted, this, [this] {
+    const RegionId id = current_->id();
+    controller_->Ask(
+        {}, [id](EditSession& session, Monitor&) { return PixelsOf(session, id); },
+        [this, id](const std::vector<float>& pixels) { edit_->TakePixels(id, pixels); });
+  });
   connect(canvas_, &Canvas::picked, edit_, &EditPanel::TakePicked);
   connect(strength_, &QSlider::sliderPressed, this, [this] { ++drags_; });
   connect(strength_, &QSlider::valueChanged, this, &RegionsPanel::OnStrength);
@@ -271,7 +277,7 @@ void RegionsPanel::FillRow(QTreeWidgetItem* item, const Region& region, bool sol
   const auto& operations = region.edit.operations;
   const QString text = untouched                ? tr("none yet")
                        : named.isValid()        ? named.name()
-                       : operations.size() == 1 ? OperationTitle(operations.front().kind)
+                       : operations.size() == 1 ? OperationTitle(operations.front())
                                                 : tr("%1 steps").arg(operations.size());
   if (item->data(kColor, Qt::UserRole).value<QColor>() != color) {
     item->setData(kColor, Qt::UserRole, color);
