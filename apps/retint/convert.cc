@@ -16,6 +16,7 @@
 #include "scene/sh_band4.h"
 #include "splat_io/splat_difference.h"
 #include "splat_io/splat_io.h"
+#include "splat_io/streamed_sog.h"
 
 namespace retint::cli {
 namespace {
@@ -124,6 +125,7 @@ void Convert(const Arguments& arguments, Run& run) {
 
   GaussianModel model = ReadSplat(arguments.input, run.monitor(),
                                   arguments.drop_bad ? BadRows::kDrop : BadRows::kRefuse);
+  CheckStreamedSog(arguments.output, model);
   ChooseRenderModel(ChosenRenderModel(arguments.render_model), arguments.input, {}, model);
   Conversion done;
   done.gaussians = model.NumGaussians();

@@ -14,6 +14,7 @@
 #include "retint/results.h"
 #include "selecting/selection_files.h"
 #include "splat_io/splat_io.h"
+#include "splat_io/streamed_sog.h"
 
 namespace retint::cli {
 namespace {
@@ -51,6 +52,7 @@ Masked Open(const Arguments& arguments, const RefitJob& job, Run& run) {
   opened.large = OpenLarge(arguments.scene, arguments.large, holdout, &job.options, run);
   if (!opened.large) {
     opened.session = OpenSession(arguments.scene, holdout, run, arguments.large.Limits(run));
+    CheckStreamedSog(arguments.output, opened.session->scene().original());
   }
   LargeScene* const large = opened.large.get();
   if (large) {

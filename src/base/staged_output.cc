@@ -147,10 +147,12 @@ void StagedOutput::Add(const fs::path& target, const std::function<void(const fs
   } catch (const RunError& error) {
     RethrowNaming(error, staged, target);
   }
-  // Files written beside it go beside it, and first.
+  // Files written beside it, or in folders there, go beside it, and first.
+  const fs::path folder = staged.parent_path();
   std::error_code code;
-  for (const fs::path& path : ListFolder(staged.parent_path(), &code)) {
-    if (path != staged) Place(path, target.parent_path() / path.filename());
+  for (const fs::path& path : ListBelow(folder, &code)) {
+    if (path == staged || !IsFile(path)) continue;
+    Place(path, target.parent_path() / path.lexically_relative(folder));
   }
   if (code) throw RunError(target.string() + ": cannot write: " + code.message());
   Place(staged, target);

@@ -2,8 +2,10 @@
 #include "editing/edit_session.h"
 
 #include "base/error.h"
+#include "editing/edited_levels.h"
 #include "opening/scene_check.h"
 #include "selecting/selection_files.h"
+#include "splat_io/streamed_sog.h"
 
 namespace retint {
 
@@ -41,6 +43,9 @@ void EditSession::RestoreRegions(RegionSet regions, const RefitJob& job) {
 }
 
 void EditSession::WriteSplat(const std::filesystem::path& path, Monitor& monitor) const {
+  if (IsStreamedSog(path) && IsStreamedSog(scene_->original())) {
+    return WriteStreamedSog(path, EditedLevels(*this, monitor), monitor);
+  }
   scene_->WriteSplat(path, refits_.CurrentSh(), monitor);
 }
 

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 // Extensions of formats that mostly hold something else: such a file is no sign of a splat.
 bool IsGeneral(std::string_view extension) {
-  return extension == "meta.json" || extension == ".glb" || extension == ".gltf" ||
+  return extension.ends_with("meta.json") || extension == ".glb" || extension == ".gltf" ||
          extension.starts_with(".usd");
 }
 

@@ -29,6 +29,7 @@
 #include "scene/mask_pixels.h"
 #include "selecting/paint_held.h"
 #include "splat_io/splat_io.h"
+#include "splat_io/streamed_sog.h"
 
 namespace retint {
 namespace {
@@ -100,8 +101,20 @@ EditRun::EditRun(const EditRecipe& recipe, SceneSource& scene, StageCache& cache
 }
 
 void EditRun::CheckParts() const {
-  if (scene_.IsWhole()) return;
   const EditOutputs& outputs = recipe_.outputs;
+  const auto refines = [&] {
+    return std::ranges::any_of(recipe_.regions,
+                               [](const RegionRecipe& one) { return one.refine.has_value(); });
+  };
+  if (scene_.IsWhole()) {
+    for (const fs::path& splat : outputs.splats) {
+      CheckStreamedSog(splat, scene_.session().scene().original());
+      CheckOption(
+          !IsStreamedSog(splat) || !refines(),
+          splat.string() + ": a streamed SOG keeps its Gaussians, and --refine splits them");
+    }
+    return;
+  }
   for (const fs::path& splat : outputs.splats) {
     CheckOption(CodecForWriting(splat).Name() == "3DGS .ply",
                 "a splat that is opened in parts is written as a patched copy: " + splat.string() +
@@ -112,9 +125,7 @@ void EditRun::CheckParts() const {
     CheckOption(folder.empty(),
                 folder.string() + " needs all views of the scene, and it is opened in parts");
   }
-  CheckOption(std::ranges::none_of(recipe_.regions,
-                                   [](const RegionRecipe& one) { return one.refine.has_value(); }),
-              "Gaussians are split of a splat that is opened whole");
+  CheckOption(!refines(), "Gaussians are split of a splat that is opened whole");
 }
 
 // A splat may replace the scene's, and masks those of their own region, which are written as they

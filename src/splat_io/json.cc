@@ -8,17 +8,15 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr int kMostDepth = 64;
-constexpr size_t kMostValues = size_t{1} << 21;
-
 }  // namespace
 
-Json ParseJson(std::string_view text, const std::filesystem::path& path, const std::string& what) {
+Json ParseJson(std::string_view text, const std::filesystem::path& path, const std::string& what,
+               const JsonLimits& limits) {
   size_t values = 0;
   const auto count = [&](int depth, Json::parse_event_t event, Json&) {
     using Event = Json::parse_event_t;
     if (event == Event::value || event == Event::array_start || event == Event::object_start) {
-      if (++values > kMostValues || depth > kMostDepth) {
+      if (++values > limits.values || depth > limits.depth) {
         throw InputError(path, what + " holds too much JSON");
       }
     }

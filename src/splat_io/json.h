@@ -11,8 +11,12 @@ namespace retint {
 
 // InputError of `path`, "`what` ...", for text that is no JSON object, or that holds more values or
 // nests them deeper than any scene does: a byte of text may take a hundred of memory.
+struct JsonLimits {
+  int depth = 64;
+  size_t values = size_t{1} << 21;
+};
 nlohmann::json ParseJson(std::string_view text, const std::filesystem::path& path,
-                         const std::string& what);
+                         const std::string& what, const JsonLimits& limits = {});
 
 // Whether `value` is that text; false for nullptr.
 bool IsText(const nlohmann::json* value, std::string_view text);

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <string_view>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -22,6 +24,11 @@ constexpr int kMostSide = 16383;        // pixels, of a WebP picture
 // one of 255 steps of the color, and as much of a coefficient above degree 0.
 constexpr float kMostOff = 1 / 255.0f / kShC0;
 
+// Opaque black.
+void Clear(RgbaPicture& picture) {
+  for (size_t i = 0; i < picture.rgba.size(); ++i) picture.rgba[i] = i % 4 == 3 ? 255 : 0;
+}
+
 // A picture of a pixel a Gaussian; the remaining pixels are opaque black.
 RgbaPicture PictureFor(size_t count, const std::filesystem::path& path) {
   const auto n = static_cast<double>(count);
@@ -32,7 +39,7 @@ RgbaPicture PictureFor(size_t count, const std::filesystem::path& path) {
   }
   RgbaPicture picture{width, height, {}};
   picture.rgba.resize(size_t(width) * size_t(height) * 4);
-  for (size_t i = 3; i < picture.rgba.size(); i += 4) picture.rgba[i] = 255;
+  Clear(picture);
   return picture;
 }
 
@@ -52,6 +59,42 @@ class Encoder {
         known_(SogTables::Of(model)),
         count_(model.NumGaussians()) {}
 
+  // The files of `files` with the colors of the model.
+  std::map<std::string, std::string> Recolor(const SogFiles& files) {
+    meta_ = Json::parse(files.Read("meta.json"));
+    const bool has_bands = meta_.contains("shN") && meta_["shN"]["bands"] != 0;
+    const auto name_of = [&](const char* part, size_t index) {
+      return meta_[part]["files"][index].get<std::string>();
+    };
+    for (const char* part : {"means", "quats", "scales"}) {
+      for (size_t i = 0; i < (part == std::string_view("means") ? 2 : 1); ++i) {
+        files_[name_of(part, i)] = files.Read(name_of(part, i));
+      }
+    }
+    const auto picture_of = [&](const std::string& name) {
+      return DecodeWebp(files.Read(name), count_, 4 * uint64_t{count_} + 65536, path_, name);
+    };
+    // Viewers look all values of a Gaussian up at one pixel: pictures keep their size.
+    const std::string colors = name_of("sh0", 0);
+    RgbaPicture picture = picture_of(colors), labels = picture;
+    std::string centroids_name = "shN_centroids.webp", labels_name = "shN_labels.webp";
+    if (has_bands) {
+      centroids_name = name_of("shN", 0);
+      labels_name = name_of("shN", 1);
+      labels = picture_of(labels_name);
+    } else {
+      Clear(labels);
+    }
+    meta_["sh0"]["files"] = Json::array();
+    AddColors(std::move(picture), colors);
+    if (model_.sh_degree > 0) {
+      meta_["shN"]["files"] = Json::array();
+      AddBands(std::move(labels), centroids_name, labels_name);
+    }
+    files_["meta.json"] = meta_.dump() + "\n";
+    return std::move(files_);
+  }
+
   std::map<std::string, std::string> Encode() {
     meta_["version"] = 2;
     meta_["asset"] = {{"generator", "Retint"}};
@@ -60,8 +103,10 @@ class Encoder {
     AddMeans();
     AddScales();
     AddRotations();
-    AddColors();
-    if (model_.sh_degree > 0) AddBands();
+    AddColors(PictureFor(count_, path_), "sh0.webp");
+    if (model_.sh_degree > 0) {
+      AddBands(PictureFor(count_, path_), "shN_centroids.webp", "shN_labels.webp");
+    }
     if (model_.traits.render_model == RenderModel::kMip) {
       meta_["model"] = "antialiased";
       meta_["antialias"] = true;
@@ -153,7 +198,7 @@ class Encoder {
     Add("quats", "quats.webp", picture);
   }
 
-  void AddColors() {
+  void AddColors(RgbaPicture picture, const std::string& name) {
     const size_t width = static_cast<size_t>(model_.NumShCoeffs()) * 3;
     std::vector<float> values;
     values.reserve(3 * count_);
@@ -164,7 +209,6 @@ class Encoder {
     const std::vector<float> table = Padded(
         known_.colors.empty() ? FitTable(values) : RefitTable(known_.colors, values, kMostOff));
     const TableLookup lookup(table);
-    RgbaPicture picture = PictureFor(count_, path_);
     for (size_t at = 0; at < count_; ++at) {
       for (size_t i = 0; i < 3; ++i) {
         picture.rgba[4 * at + i] = lookup.Find(values[3 * order_[at] + i]);
@@ -173,10 +217,11 @@ class Encoder {
           static_cast<uint8_t>(RoundTo(255 * Sigmoid(model_.opacity_logits[order_[at]]), 255));
     }
     meta_["sh0"]["codebook"] = table;
-    Add("sh0", "sh0.webp", picture);
+    Add("sh0", name, picture);
   }
 
-  void AddBands() {
+  void AddBands(RgbaPicture labels, const std::string& centroids_name,
+                const std::string& labels_name) {
     const auto coefficients = static_cast<size_t>(model_.NumShCoeffs()) - 1;
     const size_t width = 3 * coefficients;
     const VectorPalette palette =
@@ -195,7 +240,6 @@ class Encoder {
     for (size_t i = 0; i < palette.entries.size(); ++i) {
       centroids.rgba[i / 3 * 4 + i % 3] = lookup.Find(palette.entries[i]);
     }
-    RgbaPicture labels = PictureFor(count_, path_);
     for (size_t at = 0; at < count_; ++at) {
       const uint32_t label = palette.labels[order_[at]];
       labels.rgba[4 * at] = static_cast<uint8_t>(label & 255);
@@ -204,8 +248,8 @@ class Encoder {
     meta_["shN"]["count"] = palette.Count();
     meta_["shN"]["bands"] = model_.sh_degree;
     meta_["shN"]["codebook"] = table;
-    Add("shN", "shN_centroids.webp", centroids);
-    Add("shN", "shN_labels.webp", labels);
+    Add("shN", centroids_name, centroids);
+    Add("shN", labels_name, labels);
   }
 
   std::vector<float> KnownPalette() const {
@@ -280,6 +324,13 @@ std::map<std::string, std::string> EncodeSog(const GaussianModel& model,
                                              std::span<const uint32_t> order,
                                              const std::filesystem::path& path, Monitor& monitor) {
   return Encoder(model, order, path, monitor).Encode();
+}
+
+std::map<std::string, std::string> RecolorSog(const SogFiles& files, const GaussianModel& model,
+                                              const std::filesystem::path& path, Monitor& monitor) {
+  std::vector<uint32_t> order(model.NumGaussians());
+  std::iota(order.begin(), order.end(), 0u);
+  return Encoder(model, order, path, monitor).Recolor(files);
 }
 
 }  // namespace retint

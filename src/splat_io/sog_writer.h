@@ -12,6 +12,7 @@
 
 #include "base/monitor.h"
 #include "scene/gaussian_model.h"
+#include "splat_io/sog_files.h"
 
 namespace retint {
 
@@ -38,5 +39,10 @@ std::array<float, 4> DecodeSogQuat(const uint8_t* rgba);
 std::map<std::string, std::string> EncodeSog(const GaussianModel& model,
                                              std::span<const uint32_t> order,
                                              const std::filesystem::path& path, Monitor& monitor);
+
+// The files of a scene that was read as `model`, which has other colors since: sh0, shN and their
+// parts of meta.json are made anew, pictures of one size with the others; the rest are copies.
+std::map<std::string, std::string> RecolorSog(const SogFiles& files, const GaussianModel& model,
+                                              const std::filesystem::path& path, Monitor& monitor);
 
 }  // namespace retint

@@ -18,6 +18,7 @@
 #include "splat_io/sog_codec.h"
 #include "splat_io/splat_codec.h"
 #include "splat_io/spz_codec.h"
+#include "splat_io/streamed_sog.h"
 #include "splat_io/usd_codec.h"
 
 namespace retint {
@@ -147,10 +148,11 @@ std::span<const SplatCodec* const> SplatCodecs() {
   static const SpzCodec spz;
   static const KsplatCodec ksplat;
   static const SogCodec sog;
+  static const StreamedSogCodec streamed_sog;
   static const GltfCodec gltf;
   static const UsdCodec usd;
   static const auto codecs = std::to_array<const SplatCodec*>(
-      {&compressed_ply, &ply, &splat, &spz, &ksplat, &sog, &gltf, &usd});
+      {&compressed_ply, &ply, &splat, &spz, &ksplat, &sog, &streamed_sog, &gltf, &usd});
   return codecs;
 }
 

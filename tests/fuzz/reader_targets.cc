@@ -123,6 +123,28 @@ void ReadAnySplat(const fs::path& folder, const char* name) {
   WriteSplat(folder / (std::string("out_") + name), edited);
 }
 
+// Indices of the chunks of WriteChunks().
+std::vector<std::string> LevelsSeeds() {
+  return {R"({"version": 1, "count": 7, "counts": [7], "lodLevels": 1,
+"filenames": ["0_0/meta.json"], "tree": {"bound": {"min": [-1, -1, -1], "max": [1, 1, 1]},
+"children": [{"lods": {"0": {"file": 0, "offset": 0, "count": 3}}},
+{"lods": {"0": {"file": 0, "offset": 3, "count": 4}}}]}})",
+          R"({"lodLevels": 2, "environment": null, "filenames": ["0_0/meta.json", "1_0/meta.json"],
+"tree": {"lods": {"0": {"file": 0, "offset": 0, "count": 7},
+"1": {"file": 1, "offset": 0, "count": 7}}}})"};
+}
+
+void WriteChunks(const fs::path& folder) {
+  for (const char* name : {"0_0", "1_0"}) WriteSplat(folder / name / "meta.json", SmallScene(1));
+}
+
+void ReadLevels(const fs::path& folder) {
+  GaussianModel model = ReadSplat(folder / "lod-meta.json");
+  model.Validate();
+  model.sh[0] = 0.25F;
+  WriteSplat(folder / "out" / "lod-meta.json", model);
+}
+
 // ---- COLMAP
 
 Reconstruction SmallModel() {
@@ -287,6 +309,7 @@ std::span<const FuzzTarget> ReaderTargets() {
        [](const fs::path& f) { WriteSplat(f / "meta.json", SmallScene(1)); },
        [] { return SplatSeeds("meta.json"); },
        {}},
+      {"lod_meta", "lod-meta.json", ReadLevels, WriteChunks, LevelsSeeds, {}},
       {"glb",
        "a.glb",
        [](const fs::path& f) { ReadAnySplat(f, "a.glb"); },

@@ -11,6 +11,7 @@
 
 #include "base/temporary_folder.h"
 #include "splat_io/splat_io.h"
+#include "splat_io/streamed_sog.h"
 
 namespace retint {
 namespace {
@@ -64,7 +65,9 @@ std::vector<ExportFormat> ExportFormats(const GaussianModel& model) {
   for (const SplatFormat& format : SplatFormats()) {
     if (!format.writable) continue;
     for (const std::string_view extension : format.extensions) {
-      if (!extension.starts_with('.')) continue;  // the name of a file of several
+      const bool is_levels = IsStreamedSog(fs::path(extension)) && IsStreamedSog(model);
+      // Others are the name of a file of several.
+      if (!extension.starts_with('.') && !is_levels) continue;
       const double bytes = scale * SizeOf(sample, std::string(extension));
       const QString ending = QString::fromUtf8(extension.data(), qsizetype(extension.size()));
       const QString name = QString::fromUtf8(format.name.data(), qsizetype(format.name.size()));
@@ -73,6 +76,10 @@ std::vector<ExportFormat> ExportFormats(const GaussianModel& model) {
               ? Tr(", about %1")
                     .arg(QLocale().formattedDataSize(qint64(bytes), 1, QLocale::DataSizeSIFormat))
               : QString();
+      if (is_levels) {
+        formats.push_back({"/" + ending, QStringLiteral("%1 (%2)").arg(name, ending)});
+        continue;
+      }
       formats.push_back({ending, QStringLiteral("%1%2 (*%3)").arg(name, size, ending)});
     }
   }
