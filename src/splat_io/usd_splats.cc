@@ -61,6 +61,8 @@ std::string ColorSpaceOf(const UsdStage& stage, const UsdPrim& prim, const UsdVa
   }
 }
 
+constexpr size_t kNamedOthers = 4;  // prims, in a sentence
+
 }  // namespace
 
 void UsdSplats::Fail(const std::string& fault) const { throw InputError(path_, fault); }
@@ -68,13 +70,15 @@ void UsdSplats::Fail(const std::string& fault) const { throw InputError(path_, f
 UsdSplats::UsdSplats(const UsdStage& stage, const std::filesystem::path& path)
     : stage_(stage), path_(path) {
   for (const UsdPrim& prim : stage.prims) {
-    if (prim.type != kUsdSplatType) {
-      others_ += prim.type.empty() || prim.type == "Xform" || prim.type == "Scope" ? 0 : 1;
-    } else if (!IsShown(stage, prim)) {
-      ++hidden_;
-    } else {
+    const bool is_splat = prim.type == kUsdSplatType;
+    if (is_splat && IsShown(stage, prim)) {
       Add(prim);
+      continue;
     }
+    if (prim.type.empty() || prim.type == "Xform" || prim.type == "Scope") continue;
+    if (is_splat) ++hidden_;
+    if (++num_others_ > kNamedOthers) continue;
+    others_ += (others_.empty() ? "" : ", ") + Printable(prim.name.substr(0, 80));
   }
   if (!splats_.empty()) return;
   std::string fault = "holds no Gaussians: no prim is a " + std::string(kUsdSplatType);
@@ -203,12 +207,17 @@ void UsdSplats::LoadPrim(const UsdSplat& splat, size_t first, GaussianModel& mod
 
 void UsdSplats::AddNotes(GaussianModel& model) const {
   std::vector<std::string>& notes = model.source.notes;
-  const auto note_if = [&](bool holds, const char* text) {
-    if (holds && std::find(notes.begin(), notes.end(), text) == notes.end()) {
-      notes.emplace_back(text);
-    }
+  const auto note_if = [&](bool holds, const std::string& text) {
+    if (holds && std::find(notes.begin(), notes.end(), text) == notes.end()) notes.push_back(text);
   };
-  note_if(others_ + hidden_ > 0, "other prims of the stage are not used");
+  std::string others = others_;
+  if (num_others_ > kNamedOthers) {
+    others += " and " + std::to_string(num_others_ - kNamedOthers) + " more";
+  }
+  note_if(num_others_ > 0,
+          "other prims of the stage are not used, and are lost unless the output has the same "
+          "extension and the same Gaussians: " +
+              others);
   note_if(stage_.refers, "other layers that the stage refers to are not used");
   note_if(stage_.variants, "variants of the stage are not used");
   note_if(!stage_.meters_per_unit, "the stage has no metersPerUnit: a unit is taken as it is");

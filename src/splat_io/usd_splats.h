@@ -47,7 +47,8 @@ class UsdSplats {
   const UsdStage& stage_;
   const std::filesystem::path& path_;
   std::vector<UsdSplat> splats_;
-  size_t others_ = 0, hidden_ = 0;
+  std::string others_;  // names of prims that are no Gaussians or are not shown, a few
+  size_t num_others_ = 0, hidden_ = 0;
 };
 
 // The layer `bytes` of `path` with the values of `model` where they differ from `was`, which was

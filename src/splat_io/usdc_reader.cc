@@ -80,6 +80,12 @@ class CrateReader {
     return bytes_.substr(offset, size);
   }
 
+  // Counts memory that values take once they are unpacked: many attributes may name one array.
+  void Charge(uint64_t memory) const {
+    charged_ += memory;
+    if (charged_ > MostUnpacked(bytes_.size())) Fail("its values are more than it can hold");
+  }
+
   // Of a table whose elements take `memory` bytes once they are unpacked.
   uint64_t Count(ByteReader& reader, uint64_t memory) const {
     const auto count = reader.Read<uint64_t>("a count");
@@ -249,6 +255,7 @@ class CrateReader {
         continue;
       }
       if (stage_.prims.size() == kMostUsdPrims) Fail("holds more prims than is supported");
+      Charge(sizeof(UsdPrim));
       prim_of_path_[index] = static_cast<int64_t>(stage_.prims.size());
       UsdPrim& prim = stage_.prims.emplace_back();
       prim.parent = parent;
@@ -301,6 +308,7 @@ class CrateReader {
       if (!IsUsdAttribute(prim.type, node.name) || prim.attributes.size() >= kMostUsdAttributes) {
         continue;
       }
+      Charge(sizeof(UsdValue));
       UsdValue& value = prim.attributes[std::string(node.name)];
       ForFields(found->second, [&](std::string_view name, Rep rep) {
         if (name == "default") {
@@ -327,17 +335,25 @@ class CrateReader {
 
   std::string Text(Rep rep) const {
     if (rep.array() || !rep.inlined()) return {};
-    if (rep.type() == CrateType::kToken) return std::string(Token(rep.payload()));
-    if (rep.type() != CrateType::kString) return {};
-    if (rep.payload() >= strings_.size()) Fail("lacks a string");
-    return std::string(Token(strings_[rep.payload()]));
+    uint64_t index = rep.payload();
+    if (rep.type() == CrateType::kString) {
+      if (index >= strings_.size()) Fail("lacks a string");
+      index = strings_[index];
+    } else if (rep.type() != CrateType::kToken) {
+      return {};
+    }
+    const std::string_view text = Token(index);
+    Charge(text.size());
+    return std::string(text);
   }
 
   void SetTokens(UsdValue& value, Rep rep) const {
     if (rep.payload() == 0) return;
     const auto count = At<uint64_t>(rep.payload());
     if (count > kMostUsdAttributes) Fail("a list of tokens is too long");
+    Charge(count * sizeof(std::string));
     for (uint64_t i = 0; i < count; ++i) {
+      Charge(Token(At<uint32_t>(rep.payload() + 8 + 4 * i)).size());
       value.tokens.emplace_back(Token(At<uint32_t>(rep.payload() + 8 + 4 * i)));
     }
   }
@@ -422,6 +438,7 @@ class CrateReader {
       Fail("announces " + std::to_string(elements) + " values, more than it can hold");
     }
     const std::string_view stored = Bytes(at + 8, elements * bytes * components);
+    Charge(elements * components * sizeof(float));
     value.floats.resize(elements * components);
     value.begin = at + 8;
     value.end = value.begin + stored.size();
@@ -444,6 +461,7 @@ class CrateReader {
     if (elements > bytes_.size()) {
       Fail("announces " + std::to_string(elements) + " values, more than it can hold");
     }
+    Charge(2 * elements * sizeof(float));
     const char code = At<char>(at);
     std::string_view table;
     if (code == 't') {
@@ -481,6 +499,7 @@ class CrateReader {
   std::unordered_map<uint64_t, Spec> spec_of_path_;
   std::unordered_map<uint64_t, uint32_t> uses_;  // of an array's offset
   std::vector<int64_t> prim_of_path_;
+  mutable uint64_t charged_ = 0;  // bytes of memory
   UsdStage stage_;
 };
 

@@ -234,7 +234,9 @@ TEST_F(UsdTest, AnEditChangesNothingElse) {
           second);
   GaussianModel model = Read(text);
   ASSERT_EQ(model.NumGaussians(), 2u);
-  EXPECT_THAT(model.source.notes, ElementsAre(HasSubstr("other prims"), HasSubstr("other layers")));
+  EXPECT_THAT(model.source.notes, ElementsAre(AllOf(HasSubstr("other prims"),
+                                                    HasSubstr("lost unless"), HasSubstr(": Chair")),
+                                              HasSubstr("other layers")));
   WriteSplat(folder_ / "out.usda", model);
   EXPECT_EQ(ReadFile(folder_ / "out.usda"), text);
   const GaussianModel was = model;

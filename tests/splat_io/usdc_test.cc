@@ -176,6 +176,60 @@ TEST_F(UsdcTest, SharedArraysAreNotChangedInPlace) {
   EXPECT_NE(out.find(from), std::string::npos);  // an extent of its own again
 }
 
+// A crate whose `prims` prims all have one array of `count` zeros as their opacities.
+std::string CrateOfOneArray(int32_t prims, uint64_t count) {
+  const auto bytes_of = [](const std::string& packed) {
+    return PlyText::Raw(uint64_t{packed.size()}) + packed;
+  };
+  const auto columns = [&](std::initializer_list<std::vector<int32_t>> lists) {
+    std::string section = PlyText::Raw(uint64_t{lists.begin()->size()});
+    for (const auto& list : lists) section += bytes_of(PackCrateIntegers(list));
+    return section;
+  };
+  const std::string tokens =
+      ";-)\0P\0opacities\0typeName\0default\0"s + std::string(kUsdSplatType) + "\0"s;
+  const uint64_t reps[] = {
+      kCrateInlined | static_cast<uint64_t>(CrateType::kToken) << 48 | 5,
+      kCrateArray | static_cast<uint64_t>(CrateType::kFloat) << 48 | kCrateHeader};
+  // The root, then prims with an attribute each; fields: none, the type, the array.
+  std::vector<int32_t> paths = {0}, names = {0}, jumps = {-1}, fields = {0}, types = {7};
+  for (int32_t i = 0; i < prims; ++i) {
+    paths.insert(paths.end(), {2 * i + 1, 2 * i + 2});
+    names.insert(names.end(), {1, -2});
+    jumps.insert(jumps.end(), {i + 1 < prims ? 2 : -1, -2});
+    fields.insert(fields.end(), {1, 3});
+    types.insert(types.end(), {6, 1});
+  }
+  std::string field_section = columns({{3, 4}});
+  field_section += bytes_of(PackCrateBytes({reinterpret_cast<const char*>(reps), sizeof reps}));
+  const std::pair<const char*, std::string> sections[] = {
+      {"TOKENS", PlyText::Raw(uint64_t{6}) + PlyText::Raw(uint64_t{tokens.size()}) +
+                     bytes_of(PackCrateBytes(tokens))},
+      {"STRINGS", std::string(8, '\0')},
+      {"FIELDS", field_section},
+      {"FIELDSETS", columns({{-1, 0, -1, 1, -1}})},
+      {"PATHS", PlyText::Raw(uint64_t{paths.size()}) + columns({paths, names, jumps})},
+      {"SPECS", columns({paths, fields, types})}};
+  std::string crate = "PXR-USDC\0\x08"s;
+  crate.resize(kCrateHeader);
+  crate += PlyText::Raw(count) + std::string(4 * count, '\0');
+  std::string table = PlyText::Raw(uint64_t{std::size(sections)});
+  for (const auto& [name, section] : sections) {
+    std::string padded = name;
+    padded.resize(16);
+    table += padded + PlyText::Raw(uint64_t{crate.size()}) + PlyText::Raw(uint64_t{section.size()});
+    crate += section;
+  }
+  return crate.replace(16, 8, PlyText::Raw(uint64_t{crate.size()})) + table;
+}
+
+TEST_F(UsdcTest, MemoryIsBoundedHoweverManyAttributesNameAnArray) {
+  // 40 kB a prim: 40 MB, and 256 times the file's 75 kB are 19 MB.
+  EXPECT_THAT(Refusal(CrateOfOneArray(1000, 10'000)), HasSubstr("more than it can hold"));
+  // A few may, and then it is the Gaussians that are missing.
+  EXPECT_THAT(Refusal(CrateOfOneArray(10, 10'000)), HasSubstr("no Gaussians"));
+}
+
 TEST_F(UsdcTest, FaultsAreNamed) {
   std::string bad = good_;
   bad[9] = 6;
