@@ -11,6 +11,7 @@
 #include <QDialogButtonBox>
 #include <QFile>
 #include <QLabel>
+#include <QLineEdit>
 #include <QMenu>
 #include <QScreen>
 #include <QScrollBar>
@@ -18,6 +19,7 @@
 
 #include "tests/viewer/viewer_scene.h"
 #include "viewer/window/keys_dialog.h"
+#include "viewer/window/preferences_dialog.h"
 
 namespace retint {
 
@@ -448,10 +450,23 @@ class ExploreTest : public ViewerTest {
     QVERIFY(refit->isChecked());
     QTest::mouseClick(refit, Qt::LeftButton, {}, {8, refit->height() / 2});
     QVERIFY(!controller().automatic_refit());
+    const auto type = [&](const char* field, const QString& text) {
+      dialog->findChild<QLineEdit*>(field)->setFocus();
+      QTest::keyClicks(dialog->findChild<QLineEdit*>(field), text);
+    };
+    type("preferred_network", "/a/encoder.onnx");
+    type("preferred_decoder", "/a/decoder.onnx");
+    type("preferred_runtime", "/a/lib");
+    QCOMPARE(Preferences::Load().NetworkName(), QString("onnx:/a/encoder.onnx,/a/decoder.onnx"));
+    QCOMPARE(qgetenv("RETINT_ONNX_RUNTIME"), QByteArray("/a/lib"));
+    dialog->findChild<QLineEdit*>("preferred_runtime")->clear();
+    QVERIFY(qgetenv("RETINT_ONNX_RUNTIME") != QByteArray("/a/lib"));
     dialog->close();
     MainWindow next(theme_.get());
     QVERIFY(!next.controller().automatic_refit());
-    for (const char* key : {"theme", "automatic_refit", "frame_ms"}) QSettings().remove(key);
+    for (const char* key : {"theme", "automatic_refit", "frame_ms", "network", "network_decoder"}) {
+      QSettings().remove(key);
+    }
     theme_->Choose(ThemeChoice::kSystem);
   }
 };

@@ -9,6 +9,8 @@
 #include <QSignalSpy>
 #include <QTest>
 
+#include "base/files.h"
+#include "tests/support/data.h"
 #include "tests/viewer/canvas_fixture.h"
 #include "viewer/selection/selection_bar.h"
 
@@ -118,6 +120,62 @@ class SelectionToolsTest : public CanvasFixture {
     QCOMPARE(Mask(105, 10), 255);
     QVERIFY(Mask(kX, kY) >= 128);
     QVERIFY(Mask(105, 60) < 128);
+  }
+
+  void AClickAsksTheNetworkOfThePreferences() {
+    QSignalSpy missed(canvas_.get(), &SelectionCanvas::notFound);
+    Key(Qt::Key_N);
+    QCOMPARE(canvas_->tool(), SelectionTool::kObject);
+    Click(At(kX, kY));
+    QCOMPARE(missed.count(), 1);
+    QVERIFY2(missed[0][0].toString().contains("Preferences"), qPrintable(missed[0][0].toString()));
+    QVERIFY(!canvas_->CanUndo());
+
+    // One that knows the disc, a pixel to the right.
+    const TempFolder folder;
+    std::string pixels;
+    for (int y = kHeight - 1; y >= 0; --y) {
+      for (int x = 0; x < kWidth; ++x) {
+        const float inside = OnDisc(x - 1, y) ? 1 : 0;
+        pixels.append(reinterpret_cast<const char*>(&inside), sizeof inside);
+      }
+    }
+    WriteFile(folder / "answer.pfm", "Pf\n120 90\n-1\n" + pixels);
+    WriteFile(folder / "network.sh", "cd " + folder.path().string() +
+                                         "\nwhile read line; do set -- $line\ncp $2 prompt.png\n"
+                                         "cp answer.pfm $3.pfm; echo ok; done\n");
+    canvas_->SetNetwork("exec:exec sh " + (folder / "network.sh").string());
+    Click(At(kX, kY));
+    QVERIFY(canvas_->IsFinding());  // not on this thread
+    QVERIFY(Settled());
+    QVERIFY2(Iou() > 0.94, qPrintable(QString::number(Iou())));
+    QVERIFY(canvas_->undecided());  // so that the scene is asked, as of scribbles
+    const QString prompt = QString::fromStdString((folder / "prompt.png").string());
+    QCOMPARE(QImage(prompt).pixelColor(kX, kY), QColor(0, 255, 0));
+
+    Click(At(100, 45), Qt::ControlModifier);
+    QVERIFY(Settled());
+    QCOMPARE(QImage(prompt).pixelColor(100, 45), QColor(255, 0, 0));
+    Drag({At(20, 15), At(80, 75)});
+    QVERIFY(Settled());
+    QCOMPARE(QImage(prompt).pixelColor(20, 40), QColor(0, 0, 255));
+    QVERIFY(Iou() > 0.94);
+    // A scribble corrects it.
+    Key(Qt::Key_S);
+    Drag({At(100, 20), At(100, 70)});
+    QVERIFY(Settled());
+    QCOMPARE(QImage(prompt).pixelColor(100, 60), QColor(0, 255, 0));
+    QVERIFY(Mask(100, 45) >= 128 && Mask(kX, kY) >= 128);
+    for (int i = 0; i < 4; ++i) Key(Qt::Key_Z, Qt::ControlModifier);
+    QCOMPARE(Inside(), size_t{0});
+
+    canvas_->SetNetwork("exec:echo no weights >&2; exit 3");
+    Key(Qt::Key_N);
+    Click(At(kX, kY));
+    QVERIFY(Settled());
+    QCOMPARE(missed.count(), 2);
+    QVERIFY2(missed[1][0].toString().contains("no weights"), qPrintable(missed[1][0].toString()));
+    QVERIFY(!canvas_->CanUndo());
   }
 
   void TheWandStopsAtColorsAndAtSteps() {

@@ -45,6 +45,8 @@ constexpr ToolEntry kTools[] = {
     {SelectionTool::kPolygon, "polygon", "Polygon", "Polygon (P): click corner by corner"},
     {SelectionTool::kScribble, "scribble", "Scribbles",
      "Scribbles (S): strokes on the object, with Ctrl on what it is not; the outline is found"},
+    {SelectionTool::kObject, "object", "Object",
+     "Object (N): click the object, or drag a rectangle about it; your own network outlines it"},
     {SelectionTool::kWand, "wand", "Wand",
      "Magic wand (W): click a surface of one color; it ends at steps and where it turns away"},
     {SelectionTool::kScissors, "scissors", "Scissors",

@@ -113,7 +113,11 @@ void SelectionCanvas::SetTool(SelectionTool tool) {
   if (tool == tool_) return;
   // A drawing that was finished is still searched for.
   if (drawing_ || tuning_ || editor_.InStroke()) CancelDrawing();
-  ForgetScribbles();
+  // Scribbles correct a network, and points for it complete scribbles.
+  const auto completes = [](SelectionTool one) {
+    return one == SelectionTool::kScribble || one == SelectionTool::kObject;
+  };
+  if (!completes(tool) || !completes(tool_)) ForgetScribbles();
   tool_ = tool;
   UpdateCursor();
   UpdateBrushOutline();
@@ -272,6 +276,8 @@ void SelectionCanvas::Press(const Eigen::Vector2d& at, Qt::KeyboardModifiers mod
   } else if (tool_ == SelectionTool::kSphere && !SurfaceAt(at)) {
     NotFound(tr("There is no surface here: press on the object"));
     return;
+  } else if (tool_ == SelectionTool::kObject && !HasNetwork()) {
+    return;
   } else {
     drawing_ = Drawing{tool_, combine, {at, at}, ++gesture_};
   }
@@ -299,6 +305,7 @@ void SelectionCanvas::FinishDrawing() {
       Edited(editor_.FillPolygon(drawing.points, drawing.combine));
       break;
     case SelectionTool::kScribble:
+    case SelectionTool::kObject:
       AddScribble(drawing);
       break;
     case SelectionTool::kRefine:
@@ -341,6 +348,7 @@ void SelectionCanvas::mouseMoveEvent(QMouseEvent* event) {
     Tune(event->position());
   } else if (drawing_) {
     const bool corner = HasCorners() || drawing_->tool == SelectionTool::kRectangle ||
+                        drawing_->tool == SelectionTool::kObject ||
                         drawing_->tool == SelectionTool::kSphere;
     if (corner) {
       drawing_->points.back() = at;

@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <QImage>
@@ -22,6 +23,8 @@
 class QKeyEvent;
 
 namespace retint {
+
+class MaskNetwork;
 
 class SelectionCanvas : public QWidget {
   Q_OBJECT
@@ -58,6 +61,8 @@ class SelectionCanvas : public QWidget {
   void SetBrush(const BrushOptions& brush);
   const OutlineOptions& outline() const { return outline_; }
   void SetOutline(const OutlineOptions& outline);
+  // Which network the tool Object asks, as MakeMaskNetwork() takes it; empty: none.
+  void SetNetwork(const std::string& name);
   bool HasTip() const;  // the tool paints with brush()
   double overlay_opacity() const { return style_.opacity; }
   void SetOverlayOpacity(double opacity);
@@ -128,6 +133,7 @@ class SelectionCanvas : public QWidget {
   void FindScribbled();
   void FindRefined(const std::vector<Eigen::Vector2d>& stroke);  // empty: everywhere
   void AddScribble(const Drawing& drawing);
+  bool HasNetwork();  // made when it is first needed; if not, says why
   void UndoScribble();
   void RedoScribble();
   void ForgetScribbles();
@@ -157,6 +163,8 @@ class SelectionCanvas : public QWidget {
   bool overlay_hidden_ = false;
   std::optional<Drawing> drawing_;
   std::optional<Tuning> tuning_;
+  std::string network_name_;
+  std::shared_ptr<const MaskNetwork> network_;
   std::vector<Scribble> scribbles_, undone_;  // undone_: the newest first
   Mask under_scribbles_;                      // the mask that they add to; may be empty
   uint64_t gesture_ = 0;                      // the newest

@@ -5,10 +5,14 @@
 #include <memory>
 #include <utility>
 
+#include "base/error.h"
+#include "network/mask_network.h"
 #include "scene/mask_pixels.h"
+#include "selecting/network_mask.h"
 #include "selection/depth_sampling.h"
 #include "selection/mask_tools/scissors.h"
 #include "selection/mask_tools/scribbles.h"
+#include "viewer/scene/failure_text.h"
 #include "viewer/selection/selection_canvas.h"
 
 namespace retint {
@@ -18,6 +22,7 @@ constexpr double kToleranceStep = 0.005;  // OKLab
 constexpr double kTolerancePixels = 4;    // of the widget, for a step
 constexpr double kLeastMargin = 1e-3;     // of a box, so that a flat surface is in it
 constexpr int kMostReach = 200;           // pixels
+constexpr double kLeastDrag = 5;          // widget pixels; below, it is a click
 
 int Floor(double value) { return static_cast<int>(std::floor(value)); }
 
@@ -165,9 +170,35 @@ void SelectionCanvas::AddScribble(const Drawing& drawing) {
     under_scribbles_ = drawing.combine == Combine::kAdd ? editor_.mask() : Mask();
   }
   undone_.clear();
-  scribbles_.push_back({drawing.points, 2 * outline_.scribble.radius,
-                        drawing.combine == Combine::kRemove, drawing.gesture});
+  Scribble scribble{drawing.points, 2 * outline_.scribble.radius,
+                    drawing.combine == Combine::kRemove, drawing.gesture};
+  scribble.object = drawing.tool == SelectionTool::kObject;
+  if (scribble.object) {
+    const Eigen::Vector2d drag = scribble.points.back() - scribble.points.front();
+    const bool is_click = drag.cwiseAbs().minCoeff() * transform_.scale < kLeastDrag;
+    if (is_click || scribble.outside) scribble.points.resize(1);
+  }
+  scribbles_.push_back(std::move(scribble));
   FindScribbled();
+}
+
+void SelectionCanvas::SetNetwork(const std::string& name) {
+  if (name == network_name_) return;
+  network_name_ = name;
+  network_.reset();
+}
+
+bool SelectionCanvas::HasNetwork() {
+  try {
+    if (network_name_.empty()) {
+      NotFound(tr("Name your network in Edit, Preferences: this tool asks it for the object"));
+    } else if (!network_) {
+      network_ = MakeMaskNetwork(network_name_);
+    }
+  } catch (const Error& failure) {
+    NotFound(FailureText(failure));
+  }
+  return network_ != nullptr;
 }
 
 void SelectionCanvas::FindScribbled() {
@@ -180,8 +211,20 @@ void SelectionCanvas::FindScribbled() {
   finder_->Cancel();
   const uint64_t gesture = scribbles_.back().gesture;
   Mask inside(layers_->color.width, layers_->color.height), outside = inside;
+  std::shared_ptr<const MaskNetwork> network;
+  ObjectPrompt prompt;
   for (Scribble& scribble : scribbles_) {
     if (!scribble.found) scribble.gesture = gesture;
+    if (scribble.object) {
+      network = network_;
+      const Eigen::Vector2d a = scribble.points.front(), b = scribble.points.back();
+      if (scribble.points.size() > 1) {
+        prompt.rectangle = {a.cwiseMin(b), a.cwiseMax(b)};
+      } else {
+        (scribble.outside ? prompt.outside : prompt.inside).push_back(a);
+      }
+      continue;
+    }
     // If strokes cross, the later one holds.
     Mask stroke(inside.width, inside.height);
     DrawStroke(scribble.points, scribble.width, &stroke);
@@ -204,9 +247,12 @@ void SelectionCanvas::FindScribbled() {
   undecided_ = undecided;
   undecided_of_ = gesture;
   Find(gesture, Combine::kReplace,
-       [layers = layers_, inside, outside, most, under = under_scribbles_,
-        undecided](Monitor& monitor) {
-         Mask mask = MaskFromScribbles(*layers, inside, outside, monitor, undecided.get());
+       [layers = layers_, drawn = Strokes{inside, outside}, network, prompt, most,
+        under = under_scribbles_, undecided](Monitor& monitor) {
+         Strokes strokes = drawn;
+         if (network) strokes = StrokesOf(*network, layers->color, drawn, prompt, monitor);
+         Mask mask =
+             MaskFromScribbles(*layers, strokes.inside, strokes.outside, monitor, undecided.get());
          for (size_t p = 0; p < most.data.size(); ++p) {
            mask.data[p] = std::min(mask.data[p], most.data[p]);
            if (!IsInside(most.data[p])) undecided->data[p] = 0;  // it was taken away
@@ -308,6 +354,13 @@ QString SelectionCanvas::Hint() const {
       }
       return tr("Draw what is missing, Ctrl removes") +
              tr("  ·  Enter accepts  ·  Ctrl+Z takes a stroke back");
+    case SelectionTool::kObject:
+      if (scribbles_.empty()) {
+        return tr("Click the object") +
+               tr("  ·  or drag a rectangle about it  ·  your network outlines it");
+      }
+      return tr("Click what is missing, Ctrl removes") +
+             tr("  ·  Enter accepts  ·  Scribbles correct it, too");
     case SelectionTool::kWand:
       return tr("Click a surface  ·  drag right for more, left for less") + combine;
     case SelectionTool::kScissors:

@@ -102,6 +102,7 @@ void SelectionCanvas::PaintDrawing(QPainter& painter) const {
   painter.setBrush(Qt::NoBrush);
   switch (drawing_->tool) {
     case SelectionTool::kRectangle:
+    case SelectionTool::kObject:
       Contrasted(painter,
                  [&] { painter.drawRect(QRectF(outline.first(), outline.last()).normalized()); });
       return;
@@ -148,6 +149,12 @@ void SelectionCanvas::PaintScribbles(QPainter& painter) const {
   for (const Scribble& scribble : scribbles_) {
     QPolygonF line;
     for (const auto& point : scribble.points) line << ToPoint(transform_.ToWidget(point));
+    if (scribble.object && line.size() > 1) {
+      painter.setBrush(Qt::NoBrush);
+      Contrasted(painter,
+                 [&] { painter.drawRect(QRectF(line.first(), line.last()).normalized()); });
+      continue;
+    }
     PaintStroke(painter, line, scribble.width * transform_.scale, scribble.outside);
   }
 }

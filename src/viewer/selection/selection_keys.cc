@@ -31,6 +31,8 @@ const std::vector<SelectionKey>& SelectionKeys() {
       {Qt::Key_P, kNone, kRun, Choose<SelectionTool::kPolygon>, "Polygon"},
       {Qt::Key_S, kNone, kRun, Choose<SelectionTool::kScribble>,
        "Scribbles: strokes on the object, with Ctrl beside it"},
+      {Qt::Key_N, kNone, kRun, Choose<SelectionTool::kObject>,
+       "Object: click it, or drag a rectangle about it; your own network outlines it"},
       {Qt::Key_W, kNone, kRun, Choose<SelectionTool::kWand>, kWandText},
       {Qt::Key_O, kNone, kRun, Choose<SelectionTool::kWand>, kWandText},
       {Qt::Key_I, kNone, kRun, Choose<SelectionTool::kScissors>,

@@ -20,6 +20,7 @@ enum class SelectionTool {
   kPolygon,
   // These find the outline, as `retint mask` does (selection/mask_tools/).
   kScribble,
+  kObject,  // a network of the user's own proposes it
   kWand,
   kScissors,
   kSphere,
@@ -62,8 +63,9 @@ struct Scribble {
   double width;                         // pixels of the image
   bool outside;
   uint64_t gesture;
-  bool found = false;  // the mask shows it
-  bool step = false;   // which was a step of the history
+  bool object = false;  // for the network: a point, or two corners of a rectangle
+  bool found = false;   // the mask shows it
+  bool step = false;    // which was a step of the history
 };
 
 }  // namespace retint

@@ -364,11 +364,26 @@ void MainWindow::ShowPreferences() {
   dialog->open();
 }
 
+namespace {
+
+// src/network reads the environment; without a choice, the user's own variable holds.
+void PreferOnnxRuntime(const QString& path) {
+  constexpr const char* kVariable = "RETINT_ONNX_RUNTIME";
+  static const QByteArray given = qgetenv(kVariable);
+  const QByteArray now = path.isEmpty() ? given : path.toLocal8Bit();
+  if (now == qgetenv(kVariable)) return;
+  now.isEmpty() ? qunsetenv(kVariable) : qputenv(kVariable, now);
+}
+
+}  // namespace
+
 // The theme is the program's: the command line may have chosen another.
 void MainWindow::Prefer(const Preferences& preferences) {
   controller_->SetAutomaticRefit(preferences.automatic_refit);
   renderer_->SetFrameBudget(preferences.frame_ms);
   PreferOverlayColor(preferences.overlay);
+  PreferOnnxRuntime(preferences.onnx_runtime);
+  selection_->canvas().SetNetwork(preferences.NetworkName().toStdString());
   ShowCloudOfCurrent();
 }
 

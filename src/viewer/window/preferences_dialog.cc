@@ -3,14 +3,18 @@
 
 #include <algorithm>
 
+#include <QAction>
 #include <QCheckBox>
 #include <QComboBox>
 #include <QDialogButtonBox>
+#include <QFileDialog>
 #include <QFormLayout>
 #include <QSettings>
 #include <QSpinBox>
+#include <QStyle>
 
 #include "viewer/canvas/overlay_color.h"
+#include "viewer/widgets/path_edit.h"
 
 namespace retint {
 namespace {
@@ -26,6 +30,9 @@ Preferences Preferences::Load() {
   loaded.automatic_refit = settings.value("automatic_refit", loaded.automatic_refit).toBool();
   loaded.frame_ms = settings.value("frame_ms", loaded.frame_ms).toInt();
   loaded.overlay = settings.value("overlay").toString();
+  loaded.network = settings.value("network").toString();
+  loaded.decoder = settings.value("network_decoder").toString();
+  loaded.onnx_runtime = settings.value("onnx_runtime").toString();
   loaded.scale = std::clamp(settings.value("scale", loaded.scale).toInt(), kLeastScale, kMostScale);
   return loaded;
 }
@@ -36,7 +43,17 @@ void Preferences::Save() const {
   settings.setValue("automatic_refit", automatic_refit);
   settings.setValue("frame_ms", frame_ms);
   settings.setValue("overlay", overlay);
+  settings.setValue("network", network);
+  settings.setValue("network_decoder", decoder);
+  settings.setValue("onnx_runtime", onnx_runtime);
   settings.setValue("scale", scale);
+}
+
+QString Preferences::NetworkName() const {
+  if (network.isEmpty() || network.startsWith("exec:") || network.startsWith("onnx:")) {
+    return network;
+  }
+  return "onnx:" + network + (decoder.isEmpty() ? QString() : "," + decoder);
 }
 
 PreferencesDialog::PreferencesDialog(const Preferences& now, QWidget* parent) : QDialog(parent) {
@@ -77,12 +94,37 @@ PreferencesDialog::PreferencesDialog(const Preferences& now, QWidget* parent) : 
   scale->setValue(now.scale);
   scale->setKeyboardTracking(false);
   scale->setToolTip(tr("The size of text and controls, from the next start on"));
+  const auto path = [this](const char* name, const QString& text, const QString& hint,
+                           const QString& tip) {
+    auto* edit = new PathEdit(text);
+    edit->setObjectName(name);
+    edit->setPlaceholderText(hint);
+    edit->setToolTip(tip);
+    auto* choose =
+        edit->addAction(style()->standardIcon(QStyle::SP_DirOpenIcon), QLineEdit::TrailingPosition);
+    choose->setToolTip(tr("Choose a file"));
+    connect(choose, &QAction::triggered, edit, [this, edit] {
+      const QString file = QFileDialog::getOpenFileName(this, tr("Choose a file"), edit->text());
+      if (!file.isEmpty()) edit->setText(file);
+    });
+    return edit;
+  };
+  auto* network = path("preferred_network", now.network, tr("model.onnx"),
+                       tr("The model that the tool Object asks: one that finds the salient object, "
+                          "or the encoder of one that takes clicks; or exec:COMMAND"));
+  auto* decoder = path("preferred_decoder", now.decoder, tr("decoder.onnx, if it takes clicks"),
+                       tr("The second file of a network that takes clicks, such as SAM"));
+  auto* runtime = path("preferred_runtime", now.onnx_runtime, tr("where it usually is"),
+                       tr("The library libonnxruntime.so, or its folder"));
   auto* form = new QFormLayout(this);
   form->addRow(tr("&Theme"), theme);
   form->addRow(tr("&Size of the interface"), scale);
   form->addRow(tr("&Overlay color"), overlay);
   form->addRow(tr("&Picture while moving"), frame);
   form->addRow(automatic);
+  form->addRow(tr("Object &network"), network);
+  form->addRow(tr("Its &decoder"), decoder);
+  form->addRow(tr("ONNX &Runtime"), runtime);
   auto* close = new QDialogButtonBox(QDialogButtonBox::Close);
   connect(close, &QDialogButtonBox::rejected, this, &QDialog::reject);
   form->addRow(close);
@@ -93,6 +135,9 @@ PreferencesDialog::PreferencesDialog(const Preferences& now, QWidget* parent) : 
     chosen.frame_ms = frame->value();
     chosen.overlay = overlay->currentData().toString();
     chosen.scale = scale->value();
+    chosen.network = network->text().trimmed();
+    chosen.decoder = decoder->text().trimmed();
+    chosen.onnx_runtime = runtime->text().trimmed();
     Q_EMIT changed(chosen);
   };
   connect(theme, &QComboBox::currentIndexChanged, this, say);
@@ -100,6 +145,9 @@ PreferencesDialog::PreferencesDialog(const Preferences& now, QWidget* parent) : 
   connect(scale, &QSpinBox::valueChanged, this, say);
   connect(automatic, &QCheckBox::toggled, this, say);
   connect(frame, &QSpinBox::valueChanged, this, say);
+  for (PathEdit* edit : {network, decoder, runtime}) {
+    connect(edit, &QLineEdit::textChanged, this, say);
+  }
 }
 
 }  // namespace retint
