@@ -91,7 +91,7 @@ void CheckExtension(const NamedFile& file) {
 // The splats that are read, with all their files. The fault of one is reported when it is read.
 void AddSplats(const std::vector<NamedFile>& read, InputGuard* guard) {
   for (const NamedFile& file : read) {
-    if (file.name != "--splat" && file.name != "INPUT") continue;
+    if (file.name != "--splat" && file.name != "--like" && file.name != "INPUT") continue;
     std::vector<std::filesystem::path> files = {file.path};
     try {
       files = SplatFiles(file.path);
@@ -104,9 +104,9 @@ void AddSplats(const std::vector<NamedFile>& read, InputGuard* guard) {
 }  // namespace
 
 void CheckFiles(const CLI::App& verb, const SceneArguments* scene, InputGuard* guard) {
-  constexpr std::string_view kMadeFrom[][2] = {{"recolor", "--splat"}, {"refit", "--splat"},
-                                               {"align", "--splat"},   {"convert", "INPUT"},
-                                               {"select", "--append"}, {"mask", "--mask"}};
+  constexpr std::string_view kMadeFrom[][2] = {
+      {"recolor", "--splat"}, {"refit", "--splat"},   {"align", "--splat"}, {"match", "--splat"},
+      {"convert", "INPUT"},   {"select", "--append"}, {"mask", "--mask"}};
   FileOptions files = FilesOf(verb);
   // A splat that was found counts as one that was named.
   if (scene && !scene->splat.empty()) files.read.push_back({"--splat", scene->splat});

@@ -110,6 +110,7 @@ const std::map<std::string_view, Plan>& FixedPlans() {
       {"palette", {kLoad}},
       {"score", {{"score", 1}}},
       {"align", {kLoad, {"points", 1}, {"align", 5}, kSave}},
+      {"match", {kLoad, {"match", 3}, kPictures, kSave}},
       {"cameras", {kLoad, {"views", 1}, kRender}},
       {"convert", {kLoad, kSave, kLoad, {"color error", 3}}},
       {"index", {{"index", 1}}},

@@ -18,6 +18,7 @@ void AddRefine(CLI::App& app, Globals& globals, Action& action);
 void AddDepth(CLI::App& app, Globals& globals, Action& action);
 void AddSynth(CLI::App& app, Globals& globals, Action& action);
 void AddAlign(CLI::App& app, Globals& globals, Action& action);
+void AddMatch(CLI::App& app, Globals& globals, Action& action);
 void AddCameras(CLI::App& app, Globals& globals, Action& action);
 void AddConvert(CLI::App& app, Globals& globals, Action& action);
 void AddIndex(CLI::App& app, Globals& globals, Action& action);
@@ -30,7 +31,7 @@ const std::vector<VerbGroup>& VerbGroups() {
       {"Start here", {AddRecolor, AddMask, AddInfo, AddRun}},
       {"Look", {AddRender, AddSuggest, AddPalette}},
       {"Stages of recolor", {AddSelect, AddProject, AddRefit, AddRefine, AddDepth}},
-      {"Scenes", {AddSynth, AddAlign, AddCameras, AddConvert, AddIndex}},
+      {"Scenes", {AddSynth, AddAlign, AddMatch, AddCameras, AddConvert, AddIndex}},
       {"Measure", {AddEvaluate, AddScore}},
       {"Help", {AddOptions}}};
   return groups;

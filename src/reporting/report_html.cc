@@ -85,7 +85,7 @@ struct ViewPictures {
   const WorstQuality* quality = nullptr;  // null: it holds no masked pixel
   int slider = 50;                        // its first place, percent of the width from the left
   double selected = 0;                    // of its pixels, by any region
-  Image8 before, after, mask;             // no mask: empty
+  Image8 before, after, mask;             // no mask: empty; of a page with content the photo
 };
 
 // The paint of a region in its selection.
@@ -213,6 +213,12 @@ void Page::Render(Monitor& monitor) {
       const Image picture = session_.scene().renderer().Render(camera).rgb;
       (edited ? one.after : one.before) = Shrunk(ToImage8(picture));
       if (edited) continue;
+      if (options_.content) {
+        const Workspace& workspace = session_.scene().workspace();
+        if (workspace.HasPhoto(*one.view))
+          one.mask = Shrunk(ToImage8(workspace.ReadPhoto(*one.view)));
+        continue;
+      }
       const Mask mask = UnionOfMasks(regions, one.view->name);
       if (mask.Empty()) continue;
       one.mask = Shrunk(MaskOverlay(picture, mask));
@@ -227,6 +233,7 @@ std::string Embedded(const Image8& image, int quality) {
 }
 
 std::string Page::Pictures(int quality) const {
+  const char* const shown = options_.content ? "photo" : "mask";
   std::string html = "<div class=\"views\">\n";
   for (const ViewPictures& one : views_) {
     const std::string name = HtmlText(one.view->name);
@@ -238,8 +245,8 @@ std::string Page::Pictures(int quality) const {
         one.before.width, one.before.height, name, Embedded(one.before, quality),
         Embedded(one.after, quality), one.slider);
     if (!one.mask.Empty()) {
-      html += fmt::format("<img loading=\"lazy\" class=\"mask\" alt=\"{} mask\" src=\"{}\">", name,
-                          Embedded(one.mask, quality));
+      html += fmt::format("<img loading=\"lazy\" class=\"mask\" alt=\"{} {}\" src=\"{}\">", name,
+                          shown, Embedded(one.mask, quality));
     }
     html += fmt::format(
         "<div class=\"side\" aria-hidden=\"true\">before</div><div class=\"side\" "
@@ -248,7 +255,12 @@ std::string Page::Pictures(int quality) const {
         name, one.slider);
     if (one.painted) html += "<span class=\"tag\">painted</span> ";
     if (one.heldout) html += "<span class=\"tag\">held out</span> ";
-    if (one.quality) {
+    if (options_.content) {
+      const auto caption = options_.content->captions.find(one.view->name);
+      if (caption != options_.content->captions.end()) {
+        html += "<span class=\"quiet\">" + HtmlText(caption->second) + "</span> ";
+      }
+    } else if (one.quality) {
       const std::string& region = one.quality->region;
       html += fmt::format(
           "<span class=\"quiet\">inside {:.1f} dB{}, outside {:.1f} dB, {:.1f} % "
@@ -259,8 +271,8 @@ std::string Page::Pictures(int quality) const {
       html += "<span class=\"quiet\">nothing selected</span> ";
     }
     if (!one.mask.Empty()) {
-      html += fmt::format("<button aria-pressed=\"false\" aria-label=\"Mask of {}\">mask</button>",
-                          name);
+      html += fmt::format("<button aria-pressed=\"false\" aria-label=\"{2} of {0}\">{1}</button>",
+                          name, shown, options_.content ? "Photo" : "Mask");
     }
     html += "</figcaption></figure>\n";
   }
@@ -272,6 +284,14 @@ std::string Page::Figures() const {
   const auto add = [&](std::string_view name, const std::string& value) {
     html += fmt::format("<div><dt>{}</dt><dd>{}</dd></div>\n", HtmlText(name), HtmlText(value));
   };
+  if (options_.content) {
+    for (const auto& [name, value] : options_.content->figures) add(name, value);
+    html += "</dl>\n";
+    for (const std::string& sentence : options_.content->sentences) {
+      html += "<p>" + HtmlText(sentence) + ".</p>\n";
+    }
+    return html;
+  }
   const auto psnr = [&](std::string_view name, const QualityNumbers& numbers) {
     if (numbers.views == 0) return;
     add(fmt::format("inside, {} views", name), fmt::format("{:.1f} dB", numbers.psnr_inside_after));
@@ -337,6 +357,7 @@ std::string Page::Paint(int quality) const {
 }
 
 std::string Page::Plots() const {
+  if (options_.content) return options_.content->plots;
   std::vector<Bar> inside, outside;
   for (const View* view : session_.scene().views()) {
     const auto found = quality_.find(view->name);
@@ -415,9 +436,11 @@ std::string Page::Text() const {
       "<title>{0}</title>\n<style>{1}</style></head>\n<body><main>\n<h1>{0}</h1>\n"
       "<p>Retint {2}, {3} Gaussians, {4} views</p>\n",
       HtmlText(options_.title), kStyle, Version(), report_.gaussians, report_.views);
-  const std::string before = head + Figures() + Warnings() +
-                             "<h2>Views, the worst first</h2>\n<p>Move the slider: the original is "
-                             "on its left, the result on its right.</p>\n";
+  const std::string before =
+      head + Figures() + Warnings() +
+      (options_.content ? "<h2>Views</h2>" : "<h2>Views, the worst first</h2>") +
+      "\n<p>Move the slider: the original is "
+      "on its left, the result on its right.</p>\n";
   const std::string after =
       Plots() + Tables() + fmt::format("</main>\n<script>{}</script></body></html>\n", kScript);
   for (const int quality : kQualities) {

@@ -3,7 +3,10 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "editing/edit_session.h"
@@ -11,11 +14,21 @@
 
 namespace retint {
 
+// Of a run that has no masks: in place of the figures, captions and plots of a recoloring. A button
+// shows a view's photo instead of its mask.
+struct HtmlContent {
+  std::vector<std::string> sentences;
+  std::vector<std::pair<std::string, std::string>> figures;  // name, value
+  std::map<std::string, std::string> captions;               // by view
+  std::string plots;                                         // HTML
+};
+
 struct HtmlReportOptions {
   std::string title = "Recoloring";   // of the page
   std::string command;                // that makes the same result again; may be empty
   std::vector<std::string> warnings;  // sentences for people
-  size_t most_bytes = 9'500'000;      // of the page; pictures get smaller and coarser for it
+  std::optional<HtmlContent> content;
+  size_t most_bytes = 9'500'000;  // of the page; pictures get smaller and coarser for it
 };
 
 // Shows before, mask and after of every view, with a slider between them, lowest PSNR first. The
