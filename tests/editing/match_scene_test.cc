@@ -86,6 +86,12 @@ class MatchSceneTest : public testing::Test {
     options.width = 240, options.height = 180, options.views = 12;
     Monitor monitor;
     made_ = new SyntheticScene(MakeSyntheticScene(options, monitor));
+    // Nobody trained that splat on its photos. Renders of it as photos make its colors the truth.
+    Renderer renderer(CreateBackend("cpu"), made_->model);
+    for (const View* view : made_->reconstruction.ViewsByName()) {
+      const auto found = std::ranges::find(made_->views, view->name, &SyntheticView::name);
+      found->photo = renderer.Render(made_->reconstruction.Posed(*view)).rgb;
+    }
   }
   static void TearDownTestSuite() { delete made_; }
 
@@ -246,7 +252,8 @@ TEST_F(MatchSceneTest, CardsThatSayNothingAreRefused) {
   EXPECT_THROW(MatchScene(*session, request, monitor_), OptionError);
 }
 
-// Real captures at a quarter of their size.
+// A third of the views of real captures. Smaller pictures would not do: the original rasterizer
+// draws every Gaussian wider there, which changes the colors.
 class MatchCapture : public testing::TestWithParam<const char*> {};
 
 TEST_P(MatchCapture, ComesBack) {
@@ -255,10 +262,7 @@ TEST_P(MatchCapture, ComesBack) {
   SessionOptions options;
   options.backend = "cpu";
   Workspace workspace = OpenWorkspace(DataPath(GetParam()), options);
-  for (auto& [id, camera] : workspace.reconstruction.cameras) {
-    camera.width /= 4, camera.height /= 4;
-    for (double& value : camera.params) value /= 4;
-  }
+  std::erase_if(workspace.reconstruction.views, [](const auto& one) { return one.first % 3 != 0; });
   const GaussianModel truth =
       EditSession::Open(DataPath(GetParam()), DataPath(GetParam()) / "splat.ply", options, monitor)
           ->scene()
