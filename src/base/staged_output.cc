@@ -193,9 +193,11 @@ void StagedOutput::Commit() {
 }
 
 void WriteOnAllCores(size_t count, const std::function<std::function<void()>(size_t)>& make,
-                     Monitor& monitor) {
-  // Two for each core, so that none waits long for the last; a picture may take 25 MB.
-  const size_t batch = std::clamp<size_t>(2 * std::thread::hardware_concurrency(), 2, 16);
+                     Monitor& monitor, size_t bytes_each) {
+  // Two for each core, so that none waits long for the last.
+  const size_t most =
+      std::clamp<size_t>((size_t{1} << 30) / std::max<size_t>(bytes_each, 1), 1, 16);
+  const size_t batch = std::clamp<size_t>(2 * std::thread::hardware_concurrency(), 1, most);
   for (size_t first = 0; first < count; first += batch) {
     std::vector<std::function<void()>> writes;
     for (size_t i = first; i < std::min(first + batch, count); ++i) {

@@ -70,9 +70,9 @@ class StagedOutput {
 
 // Writes `count` files whose encoding takes most of the time. Calls make(i) for every i in order on
 // this thread; before each it reports "save", and may be cancelled. The functions that make()
-// returns run on all cores, a few at a time, so that not all pictures are in memory at once. Throws
+// returns run on all cores, so many at a time that they hold at most 1 GiB: `bytes_each`. Throws
 // the first error in the order of the files; files before and after it may have been written.
 void WriteOnAllCores(size_t count, const std::function<std::function<void()>(size_t i)>& make,
-                     Monitor& monitor);
+                     Monitor& monitor, size_t bytes_each = size_t{25} << 20);
 
 }  // namespace retint

@@ -99,7 +99,12 @@ PhotoExport ExportPhotos(EditSession& session, const fs::path& folder, MaskNames
       WriteFile(to, *bytes);
     };
   };
-  WriteOnAllCores(there.size(), make, monitor);
+  size_t most_pixels = 0;
+  for (const UserPicture* picture : there) {
+    most_pixels = std::max(most_pixels, size_t(picture->width) * size_t(picture->height));
+  }
+  // The file, its pixels and the edited ones.
+  WriteOnAllCores(there.size(), make, monitor, most_pixels * (sizeof(float) * 3 * 2 + 6));
   for (const Written& one : written) ++(one.edited ? result.edited : result.unchanged);
   const auto lost = std::ranges::count_if(written, &Written::loses_metadata);
   if (lost > 0) {

@@ -8,6 +8,12 @@
 
 namespace retint {
 
+DepthView Downloaded(Device& device, const PosedCamera& posed, const Buffer<float>& depth) {
+  DepthView view{posed, DepthMap(posed.camera.width, posed.camera.height)};
+  view.depth.data = device.Download(depth.data(), view.depth.data.size());
+  return view;
+}
+
 void AddDifferences(const DepthView& view, const DepthView& other, float most,
                     std::vector<float>* differences) {
   constexpr int kStep = 4;  // enough for a quantile

@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "kernels/device.h"
 #include "scene/camera.h"
 #include "scene/image.h"
 
@@ -19,6 +20,9 @@ struct DepthView {
   PosedCamera camera;
   DepthMap depth;
 };
+
+// `depth`: [H, W], in the memory of `device`.
+DepthView Downloaded(Device& device, const PosedCamera& posed, const Buffer<float>& depth);
 
 // Adds the relative differences |z - z'| / z' of at most `most` to `differences`: z' is the depth
 // of `other`, z that of `view` as seen from there. Every fourth row and column of `view` is

@@ -114,9 +114,10 @@ class Projection {
 
   // Compares a view's depths with those of the painted views, for FindTolerance().
   void Compare(const PosedCamera& posed, const ViewSurface& surface) {
-    const DepthView view = Downloaded(posed, surface.depth);
+    const DepthView view = Downloaded(backend_, posed, surface.depth);
     for (const Painted& painted : painted_) {
-      AddDifferences(view, Downloaded(painted.camera, painted.depth), tolerance_, &differences_);
+      AddDifferences(view, Downloaded(backend_, painted.camera, painted.depth), tolerance_,
+                     &differences_);
     }
   }
 
@@ -239,12 +240,6 @@ class Projection {
     out.footprint = point.footprint;
     out.coverage = point.coverage;
     return out;
-  }
-
-  DepthView Downloaded(const PosedCamera& posed, const Buffer<float>& depth) const {
-    DepthView view{posed, DepthMap(posed.camera.width, posed.camera.height)};
-    backend_.CopyToHost(view.depth.data.data(), depth.data(), view.depth.data.size());
-    return view;
   }
 
   std::vector<PaintedImage> PaintedAsSeenFrom(const PosedCamera& posed) const {

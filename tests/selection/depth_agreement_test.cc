@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "kernels/backend.h"
+
 namespace retint {
 namespace {
 
@@ -11,6 +13,15 @@ DepthView Wall(float depth) {
   view.camera.camera = Camera::Pinhole(1, 16, 16, 16, 16, 8, 8);
   view.depth = DepthMap(16, 16, depth);
   return view;
+}
+
+TEST(DepthAgreement, DownloadsEveryDepth) {
+  const std::shared_ptr<Backend> backend = CreateBackend("cpu");
+  DepthView wall = Wall(2);
+  wall.depth(15, 15) = 3;
+  const Buffer<float> depth = backend->Upload<float>(wall.depth.data);
+  const DepthView back = Downloaded(*backend, wall.camera, depth);
+  EXPECT_EQ(back.depth.data, wall.depth.data);
 }
 
 TEST(DepthAgreement, ComparesEveryFourthPixelWithTheOtherView) {
