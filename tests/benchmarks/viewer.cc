@@ -88,7 +88,7 @@ class Bench {
     window_->show();
     if (!QTest::qWaitForWindowExposed(window_.get())) return Fail("no window");
     const double empty = clock.Milliseconds();
-    window_->controller().SetAutomaticRefit(false);
+    window_->controller().colors().SetAutomaticRefit(false);
     OpenRequest request;
     request.workspace = root;
     request.splat = root / "splat.ply";
@@ -259,20 +259,20 @@ class Bench {
       return false;
     }
     Holds("selected");
-    controller.SetAutomaticRefit(true);
+    controller.colors().SetAutomaticRefit(true);
     for (const float green : {0.3F, 0.5F, 0.9F}) {
       const RegionId id = window_->current_region();
       controller.Do(SetEdit{id, ColorEdit::Tint({0.3F, green, 1}), 1}, "");
       const auto fitted = [&] {
         const Region* region = controller.regions().Find(id);
-        return controller.optimizer().state == BackgroundOptimizer::State::kFinished &&
+        return controller.colors().optimizer().state == BackgroundOptimizer::State::kFinished &&
                region->fit && region->edit == ColorEdit::Tint({0.3F, green, 1});
       };
       if (!WaitFor(fitted)) return false;
       Holds("refitted");
     }
-    QSignalSpy ready(&controller, &SceneController::qualityReady);
-    controller.Evaluate(window_->current_region());
+    QSignalSpy ready(&controller.results(), &SceneResults::qualityReady);
+    controller.results().Evaluate(window_->current_region());
     if (!WaitFor([&] { return ready.count() > 0; })) return false;
     QTest::qWait(5000);  // thumbnails of the edit
     Holds("measured");
@@ -298,7 +298,7 @@ class Bench {
   // brings them, and each while the optimiser is at work on the one before.
   bool Preview() {
     canvas().SetCloudShown(false);
-    window_->controller().SetAutomaticRefit(true);
+    window_->controller().colors().SetAutomaticRefit(true);
     QTest::qWait(500);  // a hand is not sooner at the picker after it has accepted
     return Preview("preview", 30, 0) && Preview("preview_while_refitting", 15, 0.5) &&
            Preview("preview_while_refitting", 15, 2);
@@ -308,21 +308,21 @@ class Bench {
     SceneController& controller = window_->controller();
     const RegionId id = window_->current_region();
     const auto rests = [&] {
-      return canvas().IsSharp() && !controller.IsBusy() && !controller.ShowsOriginal();
+      return canvas().IsSharp() && !controller.IsBusy() && !controller.colors().ShowsOriginal();
     };
     if (!WaitFor(rests)) return false;
     Series composed, shown, settled;
     int refitting = 0;
     for (int change = 0; change < changes; ++change) {
       QTest::qWait(int(1000 * pause));
-      refitting += controller.optimizer().Active();
-      const ShPointer before = controller.sh();
+      refitting += controller.colors().optimizer().Active();
+      const ShPointer before = controller.colors().sh();
       const Stopwatch clock;
       controller.Do(SetEdit{id, ColorEdit::Tint({0.3F, 0.3F + 0.02F * float(change), 1}), 1},
                     "drag");
-      if (!WaitFor([&] { return controller.sh() != before; })) return false;
+      if (!WaitFor([&] { return controller.colors().sh() != before; })) return false;
       composed.values.push_back(clock.Milliseconds());
-      const ShPointer now = controller.sh();
+      const ShPointer now = controller.colors().sh();
       if (!WaitFor([&] { return canvas().frame()->sh == now; })) return false;
       shown.values.push_back(clock.Milliseconds());
       if (!WaitFor([&] { return canvas().IsSharp(); })) return false;

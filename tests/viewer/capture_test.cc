@@ -80,25 +80,27 @@ class CaptureTest : public QObject {
     QCOMPARE(region().selection->masks.size(), facts->views.size());
 
     // The closed form answers while the color is dragged; one drag is one step of the history.
-    const ShPointer original = controller.original_sh();
+    const ShPointer original = controller.colors().original_sh();
     auto* square = window.findChild<ColorSquare*>("color_square");
     QTest::mousePress(square, Qt::LeftButton, {}, {20, 20});
     for (const QPoint to : {QPoint(60, 30), QPoint(100, 30), QPoint(square->width() - 30, 20)}) {
-      const ShPointer before = controller.sh();
+      const ShPointer before = controller.colors().sh();
       QMouseEvent move(QEvent::MouseMove, to, square->mapToGlobal(to), Qt::NoButton, Qt::LeftButton,
                        Qt::NoModifier);
       QCoreApplication::sendEvent(square, &move);
-      QVERIFY(QTest::qWaitFor([&] { return controller.sh() != before; }, kWaitMs));
+      QVERIFY(QTest::qWaitFor([&] { return controller.colors().sh() != before; }, kWaitMs));
     }
     QTest::mouseRelease(square, Qt::LeftButton, {}, {square->width() - 30, 20});
-    QVERIFY(*controller.sh() != *original);
+    QVERIFY(*controller.colors().sh() != *original);
     QVERIFY(QTest::qWaitFor(
-        [&] { return controller.optimizer().state == BackgroundOptimizer::State::kFinished; },
+        [&] {
+          return controller.colors().optimizer().state == BackgroundOptimizer::State::kFinished;
+        },
         4 * kWaitMs));
     QVERIFY(QTest::qWaitFor([&] { return region().fit != nullptr; }, kWaitMs));
     QVERIFY(QTest::qWaitFor([&] { return window.canvas().IsSharp(); }, kWaitMs));
 
-    QSignalSpy ready(&controller, &SceneController::qualityReady);
+    QSignalSpy ready(&controller.results(), &SceneResults::qualityReady);
     QTest::mouseClick(window.findChild<QPushButton*>("quality_measure"), Qt::LeftButton);
     QVERIFY(QTest::qWaitFor([&] { return ready.count() > 0; }, 4 * kWaitMs));
     const auto report = ready.at(0).at(1).value<QualityReport>();
@@ -107,8 +109,8 @@ class CaptureTest : public QObject {
     QVERIFY(report.train.bleed < 0.01);
 
     const fs::path out = folder_.filePath(QTest::currentDataTag()).toStdString();
-    const ShPointer fitted = controller.sh();
-    QSignalSpy written(&controller, &SceneController::written);
+    const ShPointer fitted = controller.colors().sh();
+    QSignalSpy written(&controller.results(), &SceneResults::written);
     AnswerFileDialog(out.string() + ".ply");
     PressKey(window, Qt::Key_E, Qt::ControlModifier);
     QVERIFY(QTest::qWaitFor([&] { return written.count() > 0; }, kWaitMs));
@@ -127,7 +129,7 @@ class CaptureTest : public QObject {
       QVERIFY(Settle(controller));
     }
     QVERIFY(controller.regions().regions.empty());
-    QVERIFY(QTest::qWaitFor([&] { return controller.ShowsOriginal(); }, kWaitMs));
+    QVERIFY(QTest::qWaitFor([&] { return controller.colors().ShowsOriginal(); }, kWaitMs));
 
     // Restored, everything is as it was saved.
     QSignalSpy opened(&controller, &SceneController::opened);
@@ -144,7 +146,8 @@ class CaptureTest : public QObject {
       QVERIFY2(restored.selection->masks.at(name).data == one.data, name.c_str());
     }
     QVERIFY(QTest::qWaitFor(
-        [&] { return window.canvas().IsSharp() && *controller.sh() == *fitted; }, kWaitMs));
+        [&] { return window.canvas().IsSharp() && *controller.colors().sh() == *fitted; },
+        kWaitMs));
     QCOMPARE(window.canvas().navigation().view()->name, view.toStdString());
     if (const char* folder = std::getenv("RETINT_SCREENSHOTS")) {
       window.grab().save(QString(folder) + "/" + QTest::currentDataTag() + ".png");

@@ -131,7 +131,7 @@ class EditPagesTest : public EditPanelFixture {
     Click("curve_reset");
     QVERIFY(Settle(Controller()));
     QVERIFY(Edit().operations.empty());
-    Controller().CancelRefit();
+    Controller().colors().CancelRefit();
   }
 
   void LevelsStretchTheRegion() {
@@ -169,7 +169,7 @@ class EditPagesTest : public EditPanelFixture {
     }
     QVERIFY(Settle(Controller()));
     QCOMPARE(Kinds(), std::vector{Kind::kLut});
-    Controller().CancelRefit();
+    Controller().colors().CancelRefit();
   }
 
   void TablesComeFromFiles() {

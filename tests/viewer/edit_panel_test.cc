@@ -33,7 +33,7 @@ class EditPanelTest : public EditPanelFixture {
     QVERIFY(AddPlain());
     QVERIFY(Find<QAction>("mode_recolor")->isChecked());
     auto* square = Find<ColorSquare>("color_square");
-    QSignalSpy shown(&Controller(), &SceneController::shChanged);
+    QSignalSpy shown(&Controller().colors(), &SceneColors::shChanged);
     // Faster than the main color is measured, and on after it was.
     DragHeld(square, {{10, 10}, {40, 30}, {80, 60}});
     QVERIFY(Measured());
@@ -117,7 +117,7 @@ class EditPanelTest : public EditPanelFixture {
     const ColorEdit before = Edit();
     Click("mode_grade");
     auto* slider = Find<QSlider>("saturation.factor_slider");
-    QSignalSpy shown(&Controller(), &SceneController::shChanged);
+    QSignalSpy shown(&Controller().colors(), &SceneColors::shChanged);
     slider->setSliderDown(true);
     for (const int at : {150, 120, 90, 60}) slider->setValue(at);
     QTRY_VERIFY_WITH_TIMEOUT(shown.count() > 0, kWaitMs);  // still held
@@ -516,7 +516,8 @@ class EditPanelTest : public EditPanelFixture {
     QVERIFY(Measured());
     window_->action("edit.undo")->trigger();
     QVERIFY(Edit().operations.empty());
-    QTRY_VERIFY_WITH_TIMEOUT(*Controller().sh() == *Controller().original_sh(), kWaitMs);
+    QTRY_VERIFY_WITH_TIMEOUT(*Controller().colors().sh() == *Controller().colors().original_sh(),
+                             kWaitMs);
     canvas.SetHatching(false);
     canvas.SetDepth(true);
     QVERIFY(WaitSharp(*window_));

@@ -102,7 +102,7 @@ class EditingTest : public ViewerTest {
     // Green inside, as the picture of the whole view.
     const auto facts = controller().facts();
     Renderer renderer(facts->backend, *facts->original);
-    renderer.SetSh(*controller().sh());
+    renderer.SetSh(*controller().colors().sh());
     const View* view = facts->workspace->reconstruction.FindView(subject.first);
     const QImage whole = ToQImage(renderer.Render(facts->Posed(*view)).rgb);
     QCOMPARE(picture().size(), whole.size());  // the views of this scene are as small
@@ -141,16 +141,16 @@ class EditingTest : public ViewerTest {
 
   void OptimizerRunsAndFinishes() {
     QVERIFY(AddTintedRegion() != 0);
-    const auto closed_form = controller().sh();
-    controller().StartRefit();
+    const auto closed_form = controller().colors().sh();
+    controller().colors().StartRefit();
     QTRY_VERIFY_WITH_TIMEOUT(
-        controller().optimizer().state == BackgroundOptimizer::State::kFinished, kWaitMs);
-    QVERIFY(controller().optimizer().steps > 0);
-    QVERIFY(!controller().optimizer().losses.empty());
+        controller().colors().optimizer().state == BackgroundOptimizer::State::kFinished, kWaitMs);
+    QVERIFY(controller().colors().optimizer().steps > 0);
+    QVERIFY(!controller().colors().optimizer().losses.empty());
     QTRY_VERIFY_WITH_TIMEOUT(controller().regions().regions.front().fit != nullptr, kWaitMs);
-    QVERIFY(*controller().sh() != *closed_form);
-    QSignalSpy ready(&controller(), &SceneController::qualityReady);
-    controller().Evaluate(window_->current_region());
+    QVERIFY(*controller().colors().sh() != *closed_form);
+    QSignalSpy ready(&controller().results(), &SceneResults::qualityReady);
+    controller().results().Evaluate(window_->current_region());
     QVERIFY(ready.count() > 0 || ready.wait(kWaitMs));
     const auto report = ready.at(0).at(1).value<QualityReport>();
     QVERIFY(report.train.psnr_inside_after > report.train.psnr_inside_before);
@@ -192,18 +192,18 @@ class EditingTest : public ViewerTest {
 
   void WritingToABadPlaceIsExplained() {
     QVERIFY(AddTintedRegion() != 0);
-    controller().WriteSplat("/proc/retint/out.ply");
+    controller().results().WriteSplat("/proc/retint/out.ply");
     QVERIFY(ReadError(*window_).contains("/proc/retint"));
     const auto out = scene_->folder() / "out.ply";
-    QSignalSpy written(&controller(), &SceneController::written);
-    controller().WriteSplat(out);
+    QSignalSpy written(&controller().results(), &SceneResults::written);
+    controller().results().WriteSplat(out);
     QVERIFY(written.count() > 0 || written.wait(kWaitMs));
     QVERIFY(std::filesystem::file_size(out) > 1000);
-    controller().WriteViews(scene_->folder() / "views");
+    controller().results().WriteViews(scene_->folder() / "views");
     QVERIFY(written.wait(kWaitMs));
     QCOMPARE(ReadImage8(scene_->folder() / "views" / "000.png.png").width, 160);
-    controller().WriteFrames(scene_->folder() / "frames",
-                             canvas().navigation().Turntable(3, 64, 48));
+    controller().results().WriteFrames(scene_->folder() / "frames",
+                                       canvas().navigation().Turntable(3, 64, 48));
     QVERIFY(written.wait(kWaitMs));
     QCOMPARE(ReadImage8(scene_->folder() / "frames" / "0002.png").height, 48);
   }
@@ -240,7 +240,7 @@ class EditingTest : public ViewerTest {
     window_->sessions().Save(folder);
     QVERIFY(saved.count() > 0 || saved.wait(kWaitMs));
     QVERIFY(!window_->IsModified());
-    const auto sh = controller().sh();
+    const auto sh = controller().colors().sh();
     controller().Do(RenameRegion{id, "pot"});
     QTRY_VERIFY_WITH_TIMEOUT(window_->IsModified(), kWaitMs);
     // Opened again: asks about what was not saved.
@@ -253,7 +253,7 @@ class EditingTest : public ViewerTest {
     QCOMPARE(controller().regions().regions.front().name, std::string("jug"));
     QCOMPARE(window_->current_region(), controller().regions().regions.front().id);
     QVERIFY((Position() - there).norm() < 1e-9);
-    QTRY_VERIFY_WITH_TIMEOUT(*controller().sh() == *sh, kWaitMs);
+    QTRY_VERIFY_WITH_TIMEOUT(*controller().colors().sh() == *sh, kWaitMs);
     QVERIFY(!window_->IsModified());
   }
 
@@ -273,21 +273,21 @@ class EditingTest : public ViewerTest {
     RefitJob job;
     job.options.solver = Solver::kAdam;
     job.options.adam.iterations = 1000000;
-    controller().SetRefitJob(job);
-    controller().StartRefit();
-    QTRY_VERIFY_WITH_TIMEOUT(controller().optimizer().steps > 0, kWaitMs);
+    controller().colors().SetRefitJob(job);
+    controller().colors().StartRefit();
+    QTRY_VERIFY_WITH_TIMEOUT(controller().colors().optimizer().steps > 0, kWaitMs);
     window_->close();
     QVERIFY(WaitDialog(*window_));
     QVERIFY(window_->dialog()->informativeText().contains("optimizer"));
     QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
     QVERIFY(window_->isVisible());
-    QVERIFY(controller().optimizer().Active());
+    QVERIFY(controller().colors().optimizer().Active());
     QTRY_VERIFY(!window_->dialog());
     window_->close();
     QVERIFY(WaitDialog(*window_));
     QVERIFY(ClickRole(*window_, QMessageBox::DestructiveRole));
     QTRY_VERIFY_WITH_TIMEOUT(!window_->isVisible(), kWaitMs);
-    QVERIFY(!controller().optimizer().Active());
+    QVERIFY(!controller().colors().optimizer().Active());
     window_.reset();  // joins every thread
   }
 
@@ -335,14 +335,14 @@ class EditingTest : public ViewerTest {
     const auto out = scene_->folder() / "two.ply";
     // The canvas, once it shows what the session exports; null when it does not.
     const auto shown = [&]() -> QImage {
-      QSignalSpy written(&controller(), &SceneController::written);
-      controller().WriteSplat(out);
+      QSignalSpy written(&controller().results(), &SceneResults::written);
+      controller().results().WriteSplat(out);
       if (!QTest::qWaitFor([&] { return written.count() == 1; }, kWaitMs)) return {};
       const GaussianModel exported = ReadSplat(out);
       const bool there = QTest::qWaitFor(
           [&] {
-            return *controller().sh() == exported.sh && canvas().IsSharp() &&
-                   canvas().frame()->sh == controller().sh();
+            return *controller().colors().sh() == exported.sh && canvas().IsSharp() &&
+                   canvas().frame()->sh == controller().colors().sh();
           },
           kWaitMs);
       if (!there) return {};
@@ -373,11 +373,11 @@ class EditingTest : public ViewerTest {
     QSignalSpy added(&controller(), &SceneController::regionAdded);
     AddRegionFromMasks(controller(), "jug", masks, ColorEdit::Tint({0.2F, 0.9F, 0.3F}));
     QTRY_COMPARE_WITH_TIMEOUT(added.count(), 1, kWaitMs);
-    QTRY_VERIFY_WITH_TIMEOUT(!controller().ShowsOriginal(), kWaitMs);
-    QSignalSpy written(&controller(), &SceneController::written);
-    controller().WriteViews(scene_->folder() / "tinted", {view});
+    QTRY_VERIFY_WITH_TIMEOUT(!controller().colors().ShowsOriginal(), kWaitMs);
+    QSignalSpy written(&controller().results(), &SceneResults::written);
+    controller().results().WriteViews(scene_->folder() / "tinted", {view});
     const auto cameras = canvas().navigation().Turntable(4, 160, 120);
-    controller().WriteFrames(scene_->folder() / "turn", cameras);
+    controller().results().WriteFrames(scene_->folder() / "turn", cameras);
     QTRY_COMPARE_WITH_TIMEOUT(written.count(), 2, kWaitMs);
     Renderer renderer(facts->backend, *facts->original);
     const auto render = [&](const PosedCamera& camera) {
@@ -408,7 +408,7 @@ class EditingTest : public ViewerTest {
     for (const auto& [picture, camera] : pictures) {
       renderer.SetSh(facts->original->sh);
       changed += ChangedPixels(picture, render(camera)) > 20;
-      renderer.SetSh(*controller().sh());
+      renderer.SetSh(*controller().colors().sh());
       QCOMPARE(ChangedPixels(picture, render(camera)), int64_t{0});
     }
     QVERIFY2(changed >= 3, qPrintable(QString::number(changed)));  // the turn may pass behind it

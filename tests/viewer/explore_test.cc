@@ -250,7 +250,7 @@ class ExploreTest : public ViewerTest {
       window_->resize(window_->width(), height);
       QTRY_VERIFY_WITH_TIMEOUT(moving > 0, kWaitMs);
       disconnect(&canvas(), nullptr, this, nullptr);
-      Q_EMIT window_->controller().shChanged();
+      Q_EMIT window_->controller().colors().shChanged();
       QVERIFY(WaitSharp(*window_));
       QTest::qWait(150);
     }
@@ -449,7 +449,7 @@ class ExploreTest : public ViewerTest {
     auto* refit = dialog->findChild<QCheckBox*>("preferred_refit");
     QVERIFY(refit->isChecked());
     QTest::mouseClick(refit, Qt::LeftButton, {}, {8, refit->height() / 2});
-    QVERIFY(!controller().automatic_refit());
+    QVERIFY(!controller().colors().automatic_refit());
     const auto type = [&](const char* field, const QString& text) {
       dialog->findChild<QLineEdit*>(field)->setFocus();
       QTest::keyClicks(dialog->findChild<QLineEdit*>(field), text);
@@ -463,7 +463,7 @@ class ExploreTest : public ViewerTest {
     QVERIFY(qgetenv("RETINT_ONNX_RUNTIME") != QByteArray("/a/lib"));
     dialog->close();
     MainWindow next(theme_.get());
-    QVERIFY(!next.controller().automatic_refit());
+    QVERIFY(!next.controller().colors().automatic_refit());
     for (const char* key : {"theme", "automatic_refit", "frame_ms", "network", "network_decoder"}) {
       QSettings().remove(key);
     }

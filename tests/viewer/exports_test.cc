@@ -46,7 +46,7 @@ class ExportsTest : public FilesFixture {
       QVERIFY(!fs::exists(proposed(entry)));
     }
     const fs::path folder = Fresh();
-    QSignalSpy written(&controller(), &SceneController::written);
+    QSignalSpy written(&controller().results(), &SceneResults::written);
     const std::string name = scene_->scene().views.front().name + ".png";
     const std::pair<int, fs::path> cases[] = {{1, folder / "masks" / name},
                                               {2, folder / "views" / name}};
@@ -85,7 +85,7 @@ class ExportsTest : public FilesFixture {
   void AFileIsNotReplacedWithoutAsking() {
     QVERIFY(AddRegion("pot"));
     const fs::path folder = Fresh();
-    QSignalSpy written(&controller(), &SceneController::written);
+    QSignalSpy written(&controller().results(), &SceneResults::written);
     const std::pair<int, const char*> cases[] = {{0, ".ply"}, {3, ".html"}, {5, ".png"}};
     for (const auto& [entry, ending] : cases) {
       const fs::path file = folder / (std::string("out") + ending);
@@ -112,10 +112,10 @@ class ExportsTest : public FilesFixture {
 
   void BeforeAndAfterAreOnePicture() {
     QVERIFY(AddRegion("pot"));
-    QTRY_VERIFY_WITH_TIMEOUT(!controller().ShowsOriginal(), kWaitMs);
+    QTRY_VERIFY_WITH_TIMEOUT(!controller().colors().ShowsOriginal(), kWaitMs);
     QVERIFY(canvas().GoTo(scene_->MostVisible().first));
     const PosedCamera camera = canvas().navigation().Rendered();
-    QSignalSpy written(&controller(), &SceneController::written);
+    QSignalSpy written(&controller().results(), &SceneResults::written);
     const fs::path path = Fresh() / "both.png";
     AnswerFileDialog(path);
     Export(5);
@@ -127,7 +127,7 @@ class ExportsTest : public FilesFixture {
     const auto facts = controller().facts();
     Renderer renderer(facts->backend, *facts->original);
     const QImage before = ToQImage(renderer.Render(camera).rgb);
-    renderer.SetSh(*controller().sh());
+    renderer.SetSh(*controller().colors().sh());
     const QImage after = ToQImage(renderer.Render(camera).rgb);
     QVERIFY(ChangedPixels(before, after) > 100);
     QCOMPARE(ChangedPixels(both.copy(0, 0, width, height), before), int64_t{0});
@@ -147,20 +147,20 @@ class ExportsTest : public FilesFixture {
         {}, [=](EditSession& session, Monitor&) { *colors = session.refits().CurrentSh(); });
     QVERIFY(Settle(controller()));
     controller().SetSolo(jug);
-    QTRY_VERIFY_WITH_TIMEOUT(*controller().sh() != *colors, kWaitMs);
+    QTRY_VERIFY_WITH_TIMEOUT(*controller().colors().sh() != *colors, kWaitMs);
     const std::string name = scene_->MostVisible().first;
     const auto facts = controller().facts();
     const PosedCamera camera = facts->Posed(*facts->workspace->reconstruction.FindView(name));
     Renderer renderer(facts->backend, *facts->original);
     renderer.SetSh(*colors);
     const QImage both = ToQImage(renderer.Render(camera).rgb);
-    renderer.SetSh(*controller().sh());
+    renderer.SetSh(*controller().colors().sh());
     QVERIFY(ChangedPixels(both, ToQImage(renderer.Render(camera).rgb)) > 100);
     const fs::path folder = Fresh();
-    QSignalSpy written(&controller(), &SceneController::written);
-    controller().WriteViews(folder / "views", {name});
-    controller().WriteFrames(folder / "turn", {camera});
-    controller().WriteComparison(folder / "both.png", camera);
+    QSignalSpy written(&controller().results(), &SceneResults::written);
+    controller().results().WriteViews(folder / "views", {name});
+    controller().results().WriteFrames(folder / "turn", {camera});
+    controller().results().WriteComparison(folder / "both.png", camera);
     QTRY_COMPARE_WITH_TIMEOUT(written.count(), 3, kWaitMs);
     const auto read = [](const fs::path& path) { return ToQImage(ReadImage8(path)); };
     QCOMPARE(ChangedPixels(read(folder / "views" / (name + ".png")), both), int64_t{0});
@@ -259,15 +259,15 @@ class ExportsTest : public FilesFixture {
 
   void TheSplatIsExportedByKey() {
     QVERIFY(AddRegion("pot"));
-    QTRY_VERIFY_WITH_TIMEOUT(!controller().ShowsOriginal(), kWaitMs);
-    QSignalSpy written(&controller(), &SceneController::written);
+    QTRY_VERIFY_WITH_TIMEOUT(!controller().colors().ShowsOriginal(), kWaitMs);
+    QSignalSpy written(&controller().results(), &SceneResults::written);
     const fs::path out = Fresh() / "edited";
     AnswerFileDialog(out);
     PressKey(*window_, Qt::Key_E, Qt::ControlModifier);
     QTRY_COMPARE_WITH_TIMEOUT(written.count(), 1, kWaitMs);
     const GaussianModel edited = ReadSplat(out.string() + ".ply");
     QVERIFY(edited.means == controller().facts()->original->means);
-    QVERIFY(edited.sh == *controller().sh());
+    QVERIFY(edited.sh == *controller().colors().sh());
   }
 
   // A name of another format is neither written as it is nor given a second ending.
@@ -371,7 +371,7 @@ class ExportsTest : public FilesFixture {
     Export(1);  // no region yet
     QVERIFY(ReadError(*window_).contains("Choose a region"));
     QVERIFY(AddRegion("pot"));
-    QSignalSpy written(&controller(), &SceneController::written);
+    QSignalSpy written(&controller().results(), &SceneResults::written);
     ExportTo(1, folder / "masks");
     QTRY_COMPARE_WITH_TIMEOUT(written.count(), 1, kWaitMs);
     for (const auto& [name, mask] : scene_->Masks(scene_->MostVisible().object)) {

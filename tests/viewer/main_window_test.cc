@@ -365,7 +365,7 @@ class MainWindowTest : public ViewerTest {
     auto* badge = window_->findChild<QToolButton*>("warnings");
     QVERIFY(Settle(controller()));
     QVERIFY(!badge->isVisible());
-    Q_EMIT controller().sceneChecked({"the renders are not of this scene"});
+    Q_EMIT controller().results().sceneChecked({"the renders are not of this scene"});
     QVERIFY(badge->isVisible());
     window_->Say("something else");
     QVERIFY(badge->text().contains("1 warning"));

@@ -30,7 +30,7 @@ class OpenDialogTest : public FilesFixture {
     window_->resize(1330, 680);
     window_->show();
     QVERIFY(Activate(*window_));
-    window_->controller().SetAutomaticRefit(false);
+    window_->controller().colors().SetAutomaticRefit(false);
   }
   void cleanup() { EndCase(); }
 

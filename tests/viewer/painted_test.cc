@@ -157,13 +157,13 @@ class PaintedTest : public ViewerTest {
     QVERIFY(WaitSharp(*window_));
     const QImage preview = Shown();
     QVERIFY(Apart(preview, plain, Object()) > 5);
-    QVERIFY(controller().optimizer().state == BackgroundOptimizer::State::kIdle);
+    QVERIFY(controller().colors().optimizer().state == BackgroundOptimizer::State::kIdle);
     QVERIFY(!First().fit);
 
     // The fit makes it sharper, and is nearer to it than to what there was.
-    controller().StartRefit();
+    controller().colors().StartRefit();
     QTRY_VERIFY_WITH_TIMEOUT(
-        controller().optimizer().state == BackgroundOptimizer::State::kFinished, kWaitMs);
+        controller().colors().optimizer().state == BackgroundOptimizer::State::kFinished, kWaitMs);
     QVERIFY(Settle(controller()));
     QVERIFY(WaitSharp(*window_));
     QVERIFY(First().fit != nullptr);
@@ -302,7 +302,7 @@ class PaintedTest : public ViewerTest {
     QVERIFY(!PaintElsewhere().isNull());
     QVERIFY(TakenIn());
     const ColorEdit edit = First().edit;
-    const std::string key = controller().EditKey(First().id);
+    const std::string key = controller().results().EditKey(First().id);
     QSignalSpy taken(editor(), &ViewEditor::taken);
     QSignalSpy changed(&controller(), &SceneController::failed);
     QVERIFY(HandBack(QImage(20, 20, QImage::Format_RGB32)));
@@ -310,7 +310,7 @@ class PaintedTest : public ViewerTest {
     QVERIFY(changed.first().at(1).toString().contains("20 x 20"));
     QCOMPARE(taken.count(), 0);
     QVERIFY(First().edit == edit);
-    QCOMPARE(controller().EditKey(First().id), key);
+    QCOMPARE(controller().results().EditKey(First().id), key);
   }
 
   void APictureThatStaysCutOffIsReported() {

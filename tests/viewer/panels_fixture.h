@@ -98,7 +98,7 @@ class PanelsFixture : public QObject {
     request.workspace = *folder_ / "ws";
     request.splat = *folder_ / "ws" / "splat.ply";
     request.options.backend = "cpu";
-    Controller().SetAutomaticRefit(false);
+    Controller().colors().SetAutomaticRefit(false);
     window_->OpenScene(request);
     return QTest::qWaitFor([&] { return opened.count() == 1; }, kWaitMs);
   }

@@ -38,7 +38,7 @@ class PanelsTest : public PanelsFixture {
     QVERIFY(AddRegions());
     Show("optimizer");
     Find<QCheckBox>("automatic")->click();
-    QVERIFY(Controller().automatic_refit());
+    QVERIFY(Controller().colors().automatic_refit());
     Select(0);
     DragAlong(Find<ColorSquare>("color_square"), {{30, 30}, {60, 40}});
     auto* state = Find<QLabel>("optimizer_state");
@@ -57,7 +57,7 @@ class PanelsTest : public PanelsFixture {
     // A few views by itself, all of them when asked.
     QTRY_VERIFY_WITH_TIMEOUT(Find<QLabel>("psnr_inside")->text().contains("dB"), kWaitMs);
     QVERIFY(Find<QLabel>("psnr_views")->text().contains("4 views"));
-    QSignalSpy ready(&Controller(), &SceneController::qualityReady);
+    QSignalSpy ready(&Controller().results(), &SceneResults::qualityReady);
     QTest::mouseClick(Find<QPushButton>("optimizer_measure"), Qt::LeftButton);
     QTRY_COMPARE_WITH_TIMEOUT(ready.count(), 1, kWaitMs);
     QVERIFY(Find<QLabel>("psnr_inside")->text().contains("dB"));
@@ -77,7 +77,7 @@ class PanelsTest : public PanelsFixture {
     auto* solver = Find<QComboBox>("solver");
     solver->setFocus();
     QTest::keyClick(solver, Qt::Key_Down);
-    QCOMPARE(Controller().refit_job().options.solver, Solver::kAdam);
+    QCOMPARE(Controller().colors().refit_job().options.solver, Solver::kAdam);
     // What the other solver asks for is hidden.
     auto* iterations = Find<QSpinBox>("adam.iterations");
     QVERIFY(!Find<QSpinBox>("mm.iterations")->isVisible());
@@ -87,12 +87,12 @@ class PanelsTest : public PanelsFixture {
     iterations->selectAll();
     QTest::keyClicks(iterations, "100000");
     QTest::keyClick(iterations, Qt::Key_Return);
-    QCOMPARE(Controller().refit_job().options.adam.iterations, 100000);
+    QCOMPARE(Controller().colors().refit_job().options.adam.iterations, 100000);
     auto* toggle = Find<QToolButton>("optimizer_toggle");
     auto* state = Find<QLabel>("optimizer_state");
     QTest::mouseClick(toggle, Qt::LeftButton);
-    QTRY_VERIFY_WITH_TIMEOUT(Controller().optimizer().Active(), kWaitMs);
-    QVERIFY(state->text().contains("Preparing") || Controller().optimizer().steps > 0);
+    QTRY_VERIFY_WITH_TIMEOUT(Controller().colors().optimizer().Active(), kWaitMs);
+    QVERIFY(state->text().contains("Preparing") || Controller().colors().optimizer().steps > 0);
     QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("Refining left"), kWaitMs);
     QTRY_VERIFY_WITH_TIMEOUT(Find<QLabel>("optimizer_speed")->text().contains("a second"), kWaitMs);
     QTest::mouseClick(toggle, Qt::LeftButton);
@@ -100,13 +100,13 @@ class PanelsTest : public PanelsFixture {
     // The step in progress is finished first, however long it takes here.
     int steps = -1;
     const auto rests = [&] {
-      const int before = std::exchange(steps, Controller().optimizer().steps);
+      const int before = std::exchange(steps, Controller().colors().optimizer().steps);
       QTest::qWait(500);
-      return before == steps && steps == Controller().optimizer().steps;
+      return before == steps && steps == Controller().colors().optimizer().steps;
     };
     QTRY_VERIFY_WITH_TIMEOUT(rests(), kWaitMs);
     QTest::mouseClick(toggle, Qt::LeftButton);
-    QTRY_VERIFY_WITH_TIMEOUT(Controller().optimizer().steps > steps, kWaitMs);
+    QTRY_VERIFY_WITH_TIMEOUT(Controller().colors().optimizer().steps > steps, kWaitMs);
     QTest::mouseClick(Find<QToolButton>("optimizer_stop"), Qt::LeftButton);
     QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("stopped"), kWaitMs);
     QVERIFY(!Find<QToolButton>("optimizer_stop")->isVisible());
@@ -150,7 +150,7 @@ class PanelsTest : public PanelsFixture {
     auto* order = Find<QComboBox>("views_order");
     auto* list = Find<QListWidget>("views_list");
     QualityReport report;
-    connect(&Controller(), &SceneController::qualityReady, this,
+    connect(&Controller().results(), &SceneResults::qualityReady, this,
             [&](RegionId, const QualityReport& ready) { report = ready; });
     order->setFocus();
     QTest::keyClick(order, Qt::Key_End);
@@ -280,7 +280,7 @@ class PanelsTest : public PanelsFixture {
     QVERIFY(AddRegions());
     Show("quality");
     QualityReport report;
-    connect(&Controller(), &SceneController::qualityReady, this,
+    connect(&Controller().results(), &SceneResults::qualityReady, this,
             [&](RegionId, const QualityReport& ready) { report = ready; });
     QTest::mouseClick(Find<QPushButton>("quality_measure"), Qt::LeftButton);
     QTRY_VERIFY_WITH_TIMEOUT(report.train.views == 6, kWaitMs);
@@ -418,7 +418,7 @@ class PanelsTest : public PanelsFixture {
     window_->sessions().Save(*folder_ / "edit.retint");
     QTRY_COMPARE_WITH_TIMEOUT(saved.count(), 1, kWaitMs);
     QTRY_VERIFY(!window_->IsModified());
-    const FloatArray before = *Controller().sh();
+    const FloatArray before = *Controller().colors().sh();
     Select(0);
     QTest::keyClick(List(), Qt::Key_Delete);
     QCOMPARE(SessionRegions().regions.size(), size_t(1));
@@ -429,10 +429,10 @@ class PanelsTest : public PanelsFixture {
     other.resize(1600, 1000);
     other.show();
     QSignalSpy restored(&other.sessions(), &SessionStore::restored);
-    other.controller().SetAutomaticRefit(false);
+    other.controller().colors().SetAutomaticRefit(false);
     other.OpenSession(*folder_ / "edit.retint");
     QTRY_COMPARE_WITH_TIMEOUT(restored.count(), 1, kWaitMs);
-    QTRY_VERIFY(SameBits(*other.controller().sh(), before));
+    QTRY_VERIFY(SameBits(*other.controller().colors().sh(), before));
     QCOMPARE(other.findChild<RowTree*>("region_list")->topLevelItemCount(), 2);
     QVERIFY(other.canvas().navigation().view());
     QCOMPARE(other.canvas().navigation().view()->name, std::string("view4"));
@@ -441,7 +441,7 @@ class PanelsTest : public PanelsFixture {
 
   void PicturesAreExportedThroughTheDialog() {
     QVERIFY(AddRegions());
-    QSignalSpy written(&Controller(), &SceneController::written);
+    QSignalSpy written(&Controller().results(), &SceneResults::written);
     const auto ask = [&](int entry, const QString& folder) {
       Find<QMenu>("export")->actions()[entry]->trigger();
       auto* dialog = Find<QDialog>("export_dialog");

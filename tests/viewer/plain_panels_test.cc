@@ -127,16 +127,16 @@ class PlainPanelsTest : public EditPanelFixture {
   void TheStateSaysHowFarItIs() {
     QVERIFY(AddRegions());
     Show("optimizer");
-    RefitJob job = Controller().refit_job();
+    RefitJob job = Controller().colors().refit_job();
     job.options.solver = Solver::kAdam;
     job.options.adam.iterations = 400;
-    Controller().SetRefitJob(job);
+    Controller().colors().SetRefitJob(job);
     auto* bar = Find<QProgressBar>("optimizer_progress");
     auto* state = Find<QLabel>("optimizer_state");
     QVERIFY(!bar->isVisible());
     QStringList texts;
     int most = 0;
-    connect(&Controller(), &SceneController::optimizerChanged, state, [&] {
+    connect(&Controller().colors(), &SceneColors::optimizerChanged, state, [&] {
       if (bar->isVisible()) most = std::max(most, bar->value());
       texts << state->text();
     });

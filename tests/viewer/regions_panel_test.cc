@@ -88,20 +88,21 @@ class RegionsPanelTest : public PanelsFixture {
     QVERIFY(Settle(Controller()));
     // Reckoned here: the window may still show the first region without the second.
     ColorPreview preview(Controller().facts()->original, Controller().facts()->backend);
-    const FloatArray both = *preview.Compose(Controller().regions(), Controller().refit_job()).sh;
-    QTRY_VERIFY(*Controller().sh() == both);
+    const FloatArray both =
+        *preview.Compose(Controller().regions(), Controller().colors().refit_job()).sh;
+    QTRY_VERIFY(*Controller().colors().sh() == both);
     QTest::mouseClick(List()->viewport(), Qt::LeftButton, {}, CheckBoxOf(1, RegionsPanel::kSolo));
     QCOMPARE(Controller().solo(), Regions()[1].id);
-    QTRY_VERIFY(*Controller().sh() != both);
-    const FloatArray alone = *Controller().sh();
+    QTRY_VERIFY(*Controller().colors().sh() != both);
+    const FloatArray alone = *Controller().colors().sh();
     QVERIFY(SessionRegions().regions[0].visible);  // not an edit
     QTest::mouseClick(List()->viewport(), Qt::LeftButton, {}, CheckBoxOf(1, RegionsPanel::kSolo));
     QCOMPARE(Controller().solo(), RegionId(0));
-    QTRY_VERIFY(*Controller().sh() == both);
+    QTRY_VERIFY(*Controller().colors().sh() == both);
     // It shows what is left when the other one is hidden.
     QVERIFY(alone != both);
     Controller().Do(SetVisible{Regions()[0].id, false});
-    QTRY_VERIFY(*Controller().sh() == alone);
+    QTRY_VERIFY(*Controller().colors().sh() == alone);
   }
 
   void DraggingThePickerIsLiveAndOneStep() {
@@ -110,7 +111,7 @@ class RegionsPanelTest : public PanelsFixture {
     QVERIFY(Settle(Controller()));
     const ColorEdit before = Regions()[0].edit;
     auto* square = Find<ColorSquare>("color_square");
-    QSignalSpy shown(&Controller(), &SceneController::shChanged);
+    QSignalSpy shown(&Controller().colors(), &SceneColors::shChanged);
     DragHeld(square, {{10, 10}, {40, 30}, {80, 60}, {120, 80}});
     // Of the size that it has now: what is said of the color may take room from it later.
     const double s = 120.0 / (square->width() - 1), v = 1 - 80.0 / (square->height() - 1);
@@ -180,8 +181,8 @@ class RegionsPanelTest : public PanelsFixture {
 
   // White multiplies by one: there is nothing to fit, and nothing that looks like white paint.
   void ARegionWithoutAColorIsLeftAlone() {
-    Controller().SetAutomaticRefit(true);
-    QSignalSpy optimizer(&Controller(), &SceneController::optimizerChanged);
+    Controller().colors().SetAutomaticRefit(true);
+    QSignalSpy optimizer(&Controller().colors(), &SceneColors::optimizerChanged);
     QSignalSpy added(&Controller(), &SceneController::regionAdded);
     AddRegionFromMasks(Controller(), "new", MasksOf(scene_), ColorEdit());
     QTRY_COMPARE_WITH_TIMEOUT(added.count(), 1, kWaitMs);
@@ -200,7 +201,7 @@ class RegionsPanelTest : public PanelsFixture {
     QVERIFY(says("Edit of new") && !says("Now choose"));
     QVERIFY(!List()->topLevelItem(0)->icon(RegionsPanel::kColor).isNull());
     QTRY_VERIFY_WITH_TIMEOUT(optimizer.count() > 0, kWaitMs);
-    Controller().CancelRefit();
+    Controller().colors().CancelRefit();
   }
 
   void ThePointsDoNotHideTheColorThatIsPicked() {

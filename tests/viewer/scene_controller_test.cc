@@ -60,7 +60,7 @@ class SceneControllerTest : public QObject {
   void cleanupTestCase() { scene_.reset(); }
   void init() {
     controller_ = std::make_unique<SceneController>();
-    controller_->SetAutomaticRefit(false);
+    controller_->colors().SetAutomaticRefit(false);
     QSignalSpy opened(controller_.get(), &SceneController::opened);
     controller_->Open(scene_->Request());
     QVERIFY(opened.count() > 0 || opened.wait(kWaitMs));
@@ -161,12 +161,12 @@ class SceneControllerTest : public QObject {
     RefitJob endless;
     endless.options.solver = Solver::kAdam;
     endless.options.adam.iterations = 0;
-    controller_->SetRefitJob(endless);
+    controller_->colors().SetRefitJob(endless);
     QSignalSpy opened(controller_.get(), &SceneController::opened);
     controller_->Open(scene_->Request());
     std::promise<void> gate;
     controller_->Run({}, Until(gate));
-    controller_->StartRefit();
+    controller_->colors().StartRefit();
     QVERIFY(opened.wait(kWaitMs));
     gate.set_value();
     QVERIFY(Settle(*controller_));

@@ -77,15 +77,15 @@ class Photographer {
         SetEdit{id, {{NewOperation(ColorOperationKind::kRecolor, QColor("#3060ff"))}, 1}});
     controller.Do(RenameRegion{id, "Region 1"});
     if (!Wait([&] {
-          return controller.optimizer().state == BackgroundOptimizer::State::kFinished;
+          return controller.colors().optimizer().state == BackgroundOptimizer::State::kFinished;
         })) {
       return false;
     }
     if (!Wait([&] { return window_.canvas().IsSharp(); })) return false;
     // With the selected points, the optimizer's curve beside.
     Raise("optimizer");
-    QSignalSpy ready(&controller, &SceneController::qualityReady);
-    controller.Evaluate(id);
+    QSignalSpy ready(&controller.results(), &SceneResults::qualityReady);
+    controller.results().Evaluate(id);
     if (!Wait([&] { return ready.count() > 0 && !controller.IsBusy(); })) return false;
     QTest::qWait(1500);  // small pictures that show the edit
     if (!Shoot("regions")) return false;
@@ -107,7 +107,7 @@ class Photographer {
     if (!Shoot("quality")) return false;
     window_.action("show.split")->trigger();
     if (!ShootModes()) return false;
-    controller.CancelRefit();
+    controller.colors().CancelRefit();
     return true;
   }
 

@@ -175,7 +175,7 @@ class SelectionModeTest : public QObject {
 
   void init() {
     controller_ = std::make_unique<SceneController>();
-    controller_->SetAutomaticRefit(false);
+    controller_->colors().SetAutomaticRefit(false);
     QVERIFY(Open());
     mode_ = std::make_unique<SelectionMode>(controller_.get());
     SelectOptions select;

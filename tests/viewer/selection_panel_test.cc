@@ -225,7 +225,8 @@ class SelectionPanelTest : public ViewerTest {
             OptionKey(Described(paper.select)));
     QVERIFY(window_->selection().projector_options().kind == ProjectorKind::kQuads);
     QCOMPARE(Find<QComboBox>("selection_reach")->currentIndex(), -1);  // none of the three
-    QVERIFY(OptionKey(Described(controller().refit_job())) == OptionKey(Described(paper.refit)));
+    QVERIFY(OptionKey(Described(controller().colors().refit_job())) ==
+            OptionKey(Described(paper.refit)));
     QCOMPARE(Find<QComboBox>("solver")->currentText(), QString("adam"));
     QVERIFY(!Find<QCheckBox>("stereo-hv.arbitrate")->isChecked());
     Choose("selection_preset", "Retint");

@@ -175,9 +175,9 @@ class SessionsTest : public FilesFixture {
     RefitJob job;
     job.options.solver = Solver::kAdam;
     job.options.adam.iterations = 1000000;
-    controller().SetRefitJob(job);
-    controller().StartRefit();
-    QTRY_VERIFY_WITH_TIMEOUT(controller().optimizer().steps > 0, kWaitMs);
+    controller().colors().SetRefitJob(job);
+    controller().colors().StartRefit();
+    QTRY_VERIFY_WITH_TIMEOUT(controller().colors().optimizer().steps > 0, kWaitMs);
     PressKey(*window_, Qt::Key_Q, Qt::ControlModifier);
     QVERIFY(WaitDialog(*window_));
     int came = 0;
@@ -185,10 +185,10 @@ class SessionsTest : public FilesFixture {
     QVERIFY(ClickRole(*window_, QMessageBox::AcceptRole));
     QTRY_COMPARE_WITH_TIMEOUT(came, 1, kWaitMs);
     QVERIFY(Settle(controller()));
-    QVERIFY(window_->isVisible() && controller().optimizer().Active());
-    const int steps = controller().optimizer().steps;
-    QTRY_VERIFY_WITH_TIMEOUT(controller().optimizer().steps > steps, kWaitMs);
-    controller().CancelRefit();
+    QVERIFY(window_->isVisible() && controller().colors().optimizer().Active());
+    const int steps = controller().colors().optimizer().steps;
+    QTRY_VERIFY_WITH_TIMEOUT(controller().colors().optimizer().steps > steps, kWaitMs);
+    controller().colors().CancelRefit();
   }
 
   void BadSessionsAreExplained() {
@@ -324,7 +324,7 @@ class SessionsTest : public FilesFixture {
     fs::copy(saved, left, fs::copy_options::recursive);
     window_ = std::make_unique<MainWindow>(theme_.get());
     window_->show();
-    window_->controller().SetAutomaticRefit(false);
+    window_->controller().colors().SetAutomaticRefit(false);
     window_->Start({});
     QSignalSpy opened(&controller(), &SceneController::opened);
     QVERIFY(ClickRole(*window_, QMessageBox::AcceptRole));

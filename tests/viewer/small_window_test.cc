@@ -106,7 +106,7 @@ class SmallWindowTest : public ViewerTest {
     window_->resize(size);
     window_->show();
     OpenDrawers(*window_);
-    window_->controller().SetAutomaticRefit(false);
+    window_->controller().colors().SetAutomaticRefit(false);
     window_->OpenScene(scene_->Request());
     QVERIFY(QTest::qWaitFor([&] { return canvas().IsSharp(); }, kWaitMs));
     QCOMPARE(window_->size(), size);
@@ -185,15 +185,15 @@ class SmallWindowTest : public ViewerTest {
     RefitJob job;
     job.options.solver = Solver::kAdam;
     job.options.adam.iterations = 1000000;
-    controller().SetRefitJob(job);
-    controller().StartRefit();
+    controller().colors().SetRefitJob(job);
+    controller().colors().StartRefit();
     auto* state = window_->findChild<QLabel*>("optimizer_state");
     QTRY_VERIFY_WITH_TIMEOUT(state->text().contains("wwww"), kWaitMs);
     for (const char* panel : {"optimizer_panel", "regions_panel"}) {
       QVERIFY(window_->findChild<QWidget*>(panel)->minimumSizeHint().width() < 330);
     }
-    controller().CancelRefit();
-    controller().Evaluate(region);
+    controller().colors().CancelRefit();
+    controller().results().Evaluate(region);
     auto* quality = window_->findChild<QWidget*>("quality_panel");
     auto* report = quality->findChild<QTableWidget*>("report_table");
     QTRY_VERIFY_WITH_TIMEOUT(report->rowCount() > 0, kWaitMs);
@@ -267,7 +267,7 @@ class SmallWindowTest : public ViewerTest {
     QualityReport report;
     report.train.views = 100;
     report.train.psnr_inside_before = report.train.psnr_inside_after = 88.88;
-    Q_EMIT controller().qualityReady(region, report);
+    Q_EMIT controller().results().qualityReady(region, report);
     QVERIFY(window_->findChild<QLabel*>("psnr_inside")->text().contains("88.88"));
     QCOMPARE(place(canvas()), before);
     QCOMPARE(optimizer->minimumSizeHint().width(), needed);

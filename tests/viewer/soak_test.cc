@@ -105,9 +105,9 @@ class SoakTest : public ViewerTest {
         case 15:
           return PaintARegion();
         case 16:
-          controller().StartRefit();
+          controller().colors().StartRefit();
           if (Below(2)) QTest::qWait(Below(60));
-          controller().CancelRefit();
+          controller().colors().CancelRefit();
           return true;
         case 17:
         case 18:
@@ -162,15 +162,16 @@ class SoakTest : public ViewerTest {
       }
       if (Below(8) == 0 && !WaitSharp(*window_)) return false;
     }
-    controller().CancelRefit();
+    controller().colors().CancelRefit();
     controller().SetSolo(0);
     while (controller().history().can_undo) {
       controller().Undo();
       if (!Settle(controller())) return false;
     }
     return Regions().empty() &&
-           QTest::qWaitFor([&] { return controller().ShowsOriginal() && canvas().IsSharp(); },
-                           kWaitMs);
+           QTest::qWaitFor(
+               [&] { return controller().colors().ShowsOriginal() && canvas().IsSharp(); },
+               kWaitMs);
   }
 
   bool Reopen() {

@@ -166,7 +166,7 @@ inline std::unique_ptr<MainWindow> OpenWindow(Theme& theme, const ViewerScene& s
   auto window = std::make_unique<MainWindow>(&theme);
   window->resize(1330, 680);
   window->show();
-  window->controller().SetAutomaticRefit(false);
+  window->controller().colors().SetAutomaticRefit(false);
   window->OpenScene(scene.Request());
   if (!QTest::qWaitFor([&] { return window->canvas().IsSharp(); }, kWaitMs)) return nullptr;
   if (!Activate(*window)) return nullptr;
@@ -256,7 +256,7 @@ class ViewerTest : public QObject {
     if (added.count() == 0 && !added.wait(kWaitMs)) return 0;
     const RegionId id = added.at(0).at(0).value<RegionId>();
     const bool shown = QTest::qWaitFor(
-        [&] { return !controller().ShowsOriginal() && canvas().IsSharp(); }, kWaitMs);
+        [&] { return !controller().colors().ShowsOriginal() && canvas().IsSharp(); }, kWaitMs);
     return shown ? id : 0;
   }
 

@@ -133,7 +133,7 @@ class WorkflowTest : public ViewerTest {
     QTest::keyClick(square, Qt::Key_Left);
     QVERIFY(NamedColor(edit) != dragged);
     QTRY_VERIFY(!window_->action("show.mask")->isChecked());
-    controller().CancelRefit();
+    controller().colors().CancelRefit();
   }
 
   void PaintAcceptRecolorAndTakeBack() {
@@ -182,7 +182,7 @@ class WorkflowTest : public ViewerTest {
       QVERIFY(Settle(controller()));
     }
     QVERIFY(controller().regions().regions.empty());
-    QTRY_VERIFY_WITH_TIMEOUT(controller().ShowsOriginal() && canvas().IsSharp(), kWaitMs);
+    QTRY_VERIFY_WITH_TIMEOUT(controller().colors().ShowsOriginal() && canvas().IsSharp(), kWaitMs);
     QCOMPARE(canvas().frame()->image, before);
     PressKey(*window_, Qt::Key_Y, Qt::ControlModifier);
     PressKey(*window_, Qt::Key_Y, Qt::ControlModifier);
@@ -258,7 +258,7 @@ class WorkflowTest : public ViewerTest {
   void WhatFailsMeanwhileIsSaid() {
     PressKey(*window_, Qt::Key_B);
     QVERIFY(Painting());
-    controller().WriteSplat("/proc/retint/out.ply");
+    controller().results().WriteSplat("/proc/retint/out.ply");
     const QString error = ReadError(*window_);
     QVERIFY2(error.contains("/proc/retint"), qPrintable(error));
     QVERIFY(window_->IsSelecting());

@@ -43,7 +43,7 @@ Canvas::Canvas(SceneController* controller, RenderThread* renderer, PhotoLoader*
   connect(&fly_, &QTimer::timeout, this, &Canvas::FlyStep);
   connect(controller_, &SceneController::opened, this, &Canvas::OnScene);
   connect(controller_, &SceneController::closed, this, &Canvas::OnScene);
-  connect(controller_, &SceneController::shChanged, this, &Canvas::OnSh);
+  connect(&controller_->colors(), &SceneColors::shChanged, this, &Canvas::OnSh);
   connect(renderer_, &RenderThread::frameReady, this, &Canvas::OnFrame);
   connect(renderer_, &RenderThread::probed, this, &Canvas::OnProbed);
   connect(photos_, &PhotoLoader::thumbnailReady, this, [this] {
@@ -93,7 +93,7 @@ void Canvas::OnScene() {
 
 void Canvas::OnSh() {
   if (!controller_->IsOpen() || original_) return;
-  if (controller_->optimizer().Active()) {
+  if (controller_->colors().optimizer().Active()) {
     // Sharp at once, but not so often that rendering slows the optimizer down.
     if (news_.isActive()) {
       more_news_ = true;
@@ -131,9 +131,9 @@ void Canvas::Request(bool moving) {
   request.lens = Lens();
   request.what = Shown();
   request.moving = moving;
-  request.sh = original_ ? controller_->original_sh() : controller_->sh();
-  if (!original_) request.sh_active = controller_->sh_active();
-  if (ShowsSplit()) request.before = controller_->original_sh();
+  request.sh = original_ ? controller_->colors().original_sh() : controller_->colors().sh();
+  if (!original_) request.sh_active = controller_->colors().sh_active();
+  if (ShowsSplit()) request.before = controller_->colors().original_sh();
   if (cloud_shown_ && !original_ && !picking_) request.cloud = cloud_;
   if (hatching_ && uncertain_ && !original_ && !picking_) {
     request.hatching = Hatching{uncertain_, kHatchPixels * devicePixelRatioF()};
@@ -142,7 +142,7 @@ void Canvas::Request(bool moving) {
 }
 
 void Canvas::OnFrame(std::shared_ptr<const Frame> frame) {
-  if (!controller_->IsOpen() || frame->sh->size() != controller_->sh()->size()) return;
+  if (!controller_->IsOpen() || frame->sh->size() != controller_->colors().sh()->size()) return;
   // Colors and the window's size bring small frames too, which say nothing about moving.
   const bool turned = frame_ && (frame_->camera.cam_from_world.translation !=
                                      frame->camera.cam_from_world.translation ||

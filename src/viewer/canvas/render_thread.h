@@ -44,7 +44,7 @@ struct FrameRequest {
   RenderWhat what = RenderWhat::kRgb;
   bool moving = false;                        // soon rather than sharp
   ShPointer sh;                               // null: those of the frame before
-  ActivePointer sh_active;                    // of `sh`, see SceneController::sh_active()
+  ActivePointer sh_active;                    // of `sh`, see SceneColors::sh_active()
   ShPointer before;                           // also render these, for the split slider; null: no
   std::shared_ptr<const OverlayCloud> cloud;  // null: none
   std::optional<Hatching> hatching;           // none: nothing is hatched

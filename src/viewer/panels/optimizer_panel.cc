@@ -153,29 +153,31 @@ QWidget* OptimizerPanel::MakeDetails() {
 
 void OptimizerPanel::Connect() {
   connect(toggle_, &QToolButton::clicked, this, &OptimizerPanel::Toggle);
-  connect(stop_, &QToolButton::clicked, controller_, &SceneController::CancelRefit);
+  connect(stop_, &QToolButton::clicked, &controller_->colors(), &SceneColors::CancelRefit);
   connect(reset_, &QPushButton::clicked, this, &OptimizerPanel::Reset);
-  connect(measure_, &QPushButton::clicked, this, [this] { controller_->Evaluate(current_->id()); });
-  connect(controller_, &SceneController::optimizerChanged, this, &OptimizerPanel::ShowStatus);
+  connect(measure_, &QPushButton::clicked, this,
+          [this] { controller_->results().Evaluate(current_->id()); });
+  connect(&controller_->colors(), &SceneColors::optimizerChanged, this,
+          &OptimizerPanel::ShowStatus);
   connect(controller_, &SceneController::regionsChanged, this, &OptimizerPanel::ShowStatus);
-  connect(controller_, &SceneController::refitJobChanged, this, &OptimizerPanel::ShowJob);
-  connect(controller_, &SceneController::qualityReady, this,
+  connect(&controller_->colors(), &SceneColors::refitJobChanged, this, &OptimizerPanel::ShowJob);
+  connect(&controller_->results(), &SceneResults::qualityReady, this,
           [this](RegionId id, const QualityReport& report) {
             ShowQuality(id, report, tr("measured over %1 views, for %2"));
           });
-  connect(controller_, &SceneController::qualityGlanced, this,
+  connect(&controller_->results(), &SceneResults::qualityGlanced, this,
           [this](RegionId id, const QualityReport& report) {
             ShowQuality(id, report, tr("from %1 views, for %2; Measure uses all views"));
           });
   // What has been fitted is measured, on few views.
-  connect(controller_, &SceneController::optimizerChanged, this, [this] {
-    const State state = controller_->optimizer().state;
-    const bool active = controller_->optimizer().Active();
+  connect(&controller_->colors(), &SceneColors::optimizerChanged, this, [this] {
+    const State state = controller_->colors().optimizer().state;
+    const bool active = controller_->colors().optimizer().Active();
     const bool ended = std::exchange(was_active_, active) && state == State::kFinished;
-    if (ended && current_->id() != 0) controller_->Glance(current_->id());
+    if (ended && current_->id() != 0) controller_->results().Glance(current_->id());
   });
   connect(controller_, &SceneController::regionsChanged, this, [this] {
-    if (measured_id_ == 0 || controller_->EditKey(measured_id_) == measured_edit_) return;
+    if (measured_id_ == 0 || controller_->results().EditKey(measured_id_) == measured_edit_) return;
     ForgetQuality();
   });
   connect(controller_, &SceneController::opened, this, &OptimizerPanel::ShowAfresh);
@@ -186,13 +188,13 @@ void OptimizerPanel::Connect() {
 void OptimizerPanel::BuildOptions() {
   options_ = new OptionForm;
   options_->setObjectName("refit_options");
-  options_->Show(Described(controller_->refit_job()));
+  options_->Show(Described(controller_->colors().refit_job()));
   connect(options_, &OptionForm::edited, this, &OptimizerPanel::TakeOption);
   automatic_ = new QCheckBox(tr("Start after each ed&it"));
   automatic_->setObjectName("automatic");
   automatic_->setToolTip(tr("Off: edits show in closed form until the optimizer is started"));
   options_->form()->addRow(automatic_);
-  connect(automatic_, &QCheckBox::toggled, controller_, &SceneController::SetAutomaticRefit);
+  connect(automatic_, &QCheckBox::toggled, &controller_->colors(), &SceneColors::SetAutomaticRefit);
 }
 
 void OptimizerPanel::ShowAfresh() {
@@ -202,30 +204,30 @@ void OptimizerPanel::ShowAfresh() {
 }
 
 void OptimizerPanel::ShowJob() {
-  options_->Show(Described(controller_->refit_job()));
-  automatic_->setChecked(controller_->automatic_refit());
+  options_->Show(Described(controller_->colors().refit_job()));
+  automatic_->setChecked(controller_->colors().automatic_refit());
 }
 
 void OptimizerPanel::TakeOption(size_t index, const OptionValue& value) {
-  RefitJob job = controller_->refit_job();
+  RefitJob job = controller_->colors().refit_job();
   OptionList list;
   job.Describe(list);
   try {
     list[index].Set(value);
-    controller_->SetRefitJob(job);
+    controller_->colors().SetRefitJob(job);
   } catch (const Error& error) {
     Q_EMIT refused(tr("These optimizer settings are not valid"), QString::fromUtf8(error.what()));
     return ShowJob();
   }
   ShowJob();
-  if (controller_->automatic_refit() && !controller_->regions().regions.empty()) {
-    controller_->StartRefit();
+  if (controller_->colors().automatic_refit() && !controller_->regions().regions.empty()) {
+    controller_->colors().StartRefit();
   }
 }
 
 void OptimizerPanel::ShowStatus() {
-  automatic_->setChecked(controller_->automatic_refit());
-  const OptimizerStatus status = controller_->optimizer();
+  automatic_->setChecked(controller_->colors().automatic_refit());
+  const OptimizerStatus status = controller_->colors().optimizer();
   ShowLine(status);
   QString speed;
   if (status.steps > 0 && status.seconds > 0) {
@@ -233,7 +235,7 @@ void OptimizerPanel::ShowStatus() {
         tr("%1 steps, %2 a second").arg(status.steps).arg(status.steps / status.seconds, 0, 'g', 3);
   }
   speed_->setText(speed);
-  const bool adam = controller_->refit_job().options.solver == Solver::kAdam;
+  const bool adam = controller_->colors().refit_job().options.solver == Solver::kAdam;
   // At rest, those of the fit that the current region shows.
   const Region* current = controller_->regions().Find(current_->id());
   const bool fitted = !status.Active() && current && current->fit;
@@ -246,7 +248,7 @@ void OptimizerPanel::ShowStatus() {
 
 void OptimizerPanel::ShowLine(const OptimizerStatus& status) {
   const Region* region = controller_->regions().Find(status.region);
-  const int percent = PercentOf(status, controller_->refit_job().options);
+  const int percent = PercentOf(status, controller_->colors().refit_job().options);
   const QString name = region ? QString::fromStdString(region->name) : QString();
   state_->setText(StateText(status, name, percent));
   state_->setToolTip(QString::fromStdString(status.error));
@@ -263,20 +265,20 @@ void OptimizerPanel::ShowLine(const OptimizerStatus& status) {
 }
 
 void OptimizerPanel::Toggle() {
-  switch (controller_->optimizer().state) {
+  switch (controller_->colors().optimizer().state) {
     case State::kRunning:
-      return controller_->PauseRefit();
+      return controller_->colors().PauseRefit();
     case State::kPaused:
-      return controller_->ResumeRefit();
+      return controller_->colors().ResumeRefit();
     default:
-      return controller_->StartRefit();
+      return controller_->colors().StartRefit();
   }
 }
 
 void OptimizerPanel::Reset() {
-  controller_->CancelRefit();
+  controller_->colors().CancelRefit();
   controller_->Run({}, [](EditSession& session, Monitor&) { session.refits().DropFits(); });
-  controller_->StartRefit();
+  controller_->colors().StartRefit();
 }
 
 void OptimizerPanel::ForgetQuality() {
@@ -290,7 +292,7 @@ void OptimizerPanel::ShowQuality(RegionId id, const QualityReport& report, const
   const Region* region = controller_->regions().Find(id);
   if (!region) return;  // deleted meanwhile
   measured_id_ = id;
-  measured_edit_ = controller_->EditKey(id);
+  measured_edit_ = controller_->results().EditKey(id);
   const QualityNumbers& numbers = report.train;
   inside_->setText(
       tr("%1 (before: %2)")

@@ -61,7 +61,7 @@ class OptimizerPanel : public QWidget {
   OptionForm* options_;
   QCheckBox* automatic_;
   RegionId measured_id_ = 0;   // whose quality shows; 0: none
-  std::string measured_edit_;  // SceneController::EditKey() then
+  std::string measured_edit_;  // SceneResults::EditKey() then
   bool was_active_ = false;
 };
 

@@ -99,7 +99,8 @@ QualityPanel::QualityPanel(SceneController* controller, Canvas* canvas, CurrentR
   measure_ = new QPushButton(tr("Measure this re&gion"));
   measure_->setObjectName("quality_measure");
   measure_->setToolTip(tr("Renders every view before and after the edit (Alt+G)"));
-  connect(measure_, &QPushButton::clicked, this, [this] { controller_->Evaluate(current_->id()); });
+  connect(measure_, &QPushButton::clicked, this,
+          [this] { controller_->results().Evaluate(current_->id()); });
   auto* line = new QHBoxLayout;
   line->addWidget(measure_, 1);
   line->addWidget(MakeGuideButton("Recolor an object"));
@@ -132,7 +133,7 @@ QualityPanel::QualityPanel(SceneController* controller, Canvas* canvas, CurrentR
   layout->addStretch();
 
   connect(canvas_, &Canvas::stateChanged, this, &QualityPanel::ShowCanvas);
-  connect(controller, &SceneController::qualityReady, this, &QualityPanel::ShowReport);
+  connect(&controller->results(), &SceneResults::qualityReady, this, &QualityPanel::ShowReport);
   connect(controller, &SceneController::regionsChanged, this, &QualityPanel::ShowRegion);
   connect(controller, &SceneController::opened, this, &QualityPanel::Clear);
   connect(controller, &SceneController::closed, this, &QualityPanel::Clear);
@@ -202,7 +203,7 @@ void QualityPanel::Clear() {
 
 void QualityPanel::ShowRegion() {
   SceneController& controller = *controller_;
-  if (measured_ != 0 && controller.EditKey(measured_) != measured_edit_) ClearReport();
+  if (measured_ != 0 && controller.results().EditKey(measured_) != measured_edit_) ClearReport();
   const Region* region = controller.regions().Find(current_->id());
   measure_->setEnabled(region != nullptr);
   for (QWidget* widget : std::initializer_list<QWidget*>{split_, depth_, mask_}) {
@@ -245,7 +246,7 @@ void QualityPanel::ShowReport(RegionId id, const QualityReport& report) {
   const Region* region = controller_->regions().Find(id);
   if (!region) return;  // deleted meanwhile
   measured_ = id;
-  measured_edit_ = controller_->EditKey(id);
+  measured_edit_ = controller_->results().EditKey(id);
   of_->setText(
       tr("%1, against its edited targets:").arg(Breakable(QString::fromStdString(region->name))));
   const auto cells = [&](double QualityNumbers::*member, int decimals) {

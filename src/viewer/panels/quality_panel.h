@@ -56,7 +56,7 @@ class QualityPanel : public QWidget {
   QTableWidget *report_, *worst_, *registration_;
   QLabel *of_, *registration_of_;
   RegionId measured_ = 0;                         // whose report shows; 0: none
-  std::string measured_edit_;                     // SceneController::EditKey() then
+  std::string measured_edit_;                     // SceneResults::EditKey() then
   std::shared_ptr<const RegionSelection> shown_;  // whose registration shows
 };
 

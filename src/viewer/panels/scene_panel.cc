@@ -119,7 +119,7 @@ ScenePanel::ScenePanel(SceneController* controller) : controller_(controller) {
   layout->addWidget(warnings_, 1);
   connect(controller, &SceneController::opened, this, &ScenePanel::Show);
   connect(controller, &SceneController::closed, this, &ScenePanel::Show);
-  connect(controller, &SceneController::sceneChecked, this, &ScenePanel::AddWarnings);
+  connect(&controller->results(), &SceneResults::sceneChecked, this, &ScenePanel::AddWarnings);
   Show();
 }
 

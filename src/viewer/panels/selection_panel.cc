@@ -240,7 +240,7 @@ void SelectionPanel::TakePreset(int index) {
   if (name.empty()) return ShowOptions();
   const EditOptions preset = PresetOptions(name);
   SetOptions({preset.select, preset.projector});
-  controller_->SetRefitJob(preset.refit);
+  controller_->colors().SetRefitJob(preset.refit);
   Changed();
 }
 

@@ -203,17 +203,17 @@ void ViewsPanel::Connect(StrokePreview* preview) {
   connect(list_->verticalScrollBar(), &QScrollBar::valueChanged, this, &ViewsPanel::AskThumbnails);
   connect(list_->verticalScrollBar(), &QScrollBar::valueChanged, &rest_, [this] { rest_.start(); });
   connect(&rest_, &QTimer::timeout, this, &ViewsPanel::RenderNext);
-  connect(controller_, &SceneController::shChanged, &rest_, [this] { rest_.start(); });
+  connect(&controller_->colors(), &SceneColors::shChanged, &rest_, [this] { rest_.start(); });
   connect(photos_, &PhotoLoader::thumbnailReady, this, &ViewsPanel::ShowThumbnail);
   connect(controller_, &SceneController::opened, this, &ViewsPanel::Fill);
   connect(controller_, &SceneController::closed, this, &ViewsPanel::Fill);
   connect(controller_, &SceneController::regionsChanged, this, &ViewsPanel::CountCoverage);
   connect(controller_, &SceneController::regionsChanged, this, &ViewsPanel::ForgetQuality);
-  connect(controller_, &SceneController::qualityReady, this, &ViewsPanel::TakeQuality);
+  connect(&controller_->results(), &SceneResults::qualityReady, this, &ViewsPanel::TakeQuality);
   const auto stopped = [this](quint64 task) {
     const int wanted = order_->currentIndex();
     if (task == 0) return;
-    if ((wanted == kWorstFirst && task == controller_->measuring()) ||
+    if ((wanted == kWorstFirst && task == controller_->results().measuring()) ||
         (wanted == kToPaintNext && task == uncertainty_->task())) {
       Stay();
     }
@@ -301,13 +301,13 @@ void ViewsPanel::ShowThumbnail(const QString& name) {
 
 void ViewsPanel::RenderNext() {
   if (!controller_->IsOpen() || rendering_) return;
-  if (controller_->IsBusy() || controller_->optimizer().Active()) return rest_.start();
-  const ShPointer sh = controller_->sh();
-  const uint64_t version = controller_->sh_version();
+  if (controller_->IsBusy() || controller_->colors().optimizer().Active()) return rest_.start();
+  const ShPointer sh = controller_->colors().sh();
+  const uint64_t version = controller_->colors().sh_version();
   const QRect shown = list_->viewport()->rect();
   for (const auto& [name, item] : items_) {
     const auto found = rendered_.find(name);
-    if (controller_->ShowsOriginal() && !photos_->IsMissing(name)) {
+    if (controller_->colors().ShowsOriginal() && !photos_->IsMissing(name)) {
       if (found == rendered_.end()) continue;
       rendered_.erase(found);
       item->setData(kPicture, photos_->Thumbnail(name));
@@ -385,12 +385,12 @@ void ViewsPanel::TakeQuality(RegionId id, const QualityReport& report) {
     const UserPicture* picture = facts->FindPicture(view.name);
     if (picture) quality_.emplace(picture->name, view);
   }
-  measured_edit_ = controller_->EditKey(id);
+  measured_edit_ = controller_->results().EditKey(id);
   SetOrder(order_->currentIndex() == kWorstFirst ? kWorstFirst : in_force_);
 }
 
 void ViewsPanel::ForgetQuality() {
-  if (quality_.empty() || controller_->EditKey(current_->id()) == measured_edit_) return;
+  if (quality_.empty() || controller_->results().EditKey(current_->id()) == measured_edit_) return;
   quality_.clear();
   SetOrder(in_force_ == kWorstFirst ? kByName : in_force_);
 }
@@ -431,7 +431,7 @@ void ViewsPanel::ChooseOrder(int order) {
       note_->setText(tr("Choose a region to measure first."));
       note_->show();
     } else {
-      controller_->Evaluate(id);  // SetOrder() when it is there
+      controller_->results().Evaluate(id);  // SetOrder() when it is there
     }
     return;
   }

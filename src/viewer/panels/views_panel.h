@@ -78,7 +78,7 @@ class ViewsPanel : public QWidget {
   std::map<std::string, QListWidgetItem*> items_;
   std::map<std::string, double> coverage_;  // in [0, 1], of counted_
   std::map<std::string, ViewQuality> quality_;
-  std::string measured_edit_;              // SceneController::EditKey() of quality_
+  std::string measured_edit_;              // SceneResults::EditKey() of quality_
   std::map<std::string, double> settles_;  // share of the uncertain part, in [0, 1]
   uint64_t counted_ = 0;                   // selection, 0: none
   // Of a picture, which sh_version() it shows; none: the photo.

@@ -12,15 +12,10 @@
 #include "viewer/scene/failure_text.h"
 #include "viewer/scene/post.h"
 #include "viewer/scene/scene_worker.h"
-#include "viewer/scene/sh_composer.h"
 
 namespace retint {
 namespace {
 
-using OptimizerState = BackgroundOptimizer::State;
-
-constexpr int kPollMs = 40;       // of the optimizer's snapshots
-constexpr int kRestartMs = 300;   // of quiet after an edit before the optimizer starts
 constexpr int kReleaseMs = 1000;  // after a scene closes, when nobody reads it any more
 
 QString Text(const std::string& text) { return QString::fromStdString(text); }
@@ -56,15 +51,6 @@ QString StageText(const std::string& stage) {
       {"views", QT_TRANSLATE_NOOP("retint::SceneController", "placing views")}};
   const auto found = kTexts.find(stage);
   return found == kTexts.end() ? Text(stage) : SceneController::tr(found->second);
-}
-
-bool NeedsFit(const RegionSet& regions, const RefitJob& job) {
-  for (size_t i = 0; i < regions.regions.size(); ++i) {
-    const Region& region = regions.regions[i];
-    if (!region.visible || ChangesNothing(region.EffectiveEdit())) continue;
-    if (!region.fit || region.fit->key != regions.FitKey(i, job)) return true;
-  }
-  return false;
 }
 
 bool SameFits(const RegionSet& a, const RegionSet& b) {
@@ -105,22 +91,10 @@ struct SceneController::Outcome {
   std::function<void()> done;
 };
 
-SceneController::SceneController(QObject* parent) : QObject(parent) {
-  composer_ = std::make_unique<ShComposer>([this](const ShComposer::Result& result) {
-    Post(this, [this, result] {
-      const ShPointer& sh = result.colors.sh;
-      if (IsOpen() && !sh) Q_EMIT failed(tr("Recoloring"), Text(result.failure));
-      if (!sh) return;
-      // An older one still is nearer to what is wanted than what shows, unless the optimizer
-      // has been faster.
-      if (!IsOpen() || sh->size() != facts_->original->sh.size()) return;
-      const bool overtaken =
-          refit_generation_ == generation_ && snapshot_ && solo_ == 0 && optimizer_.Active();
-      if (overtaken) return;
-      if (shown_key_.empty()) return SetSh(original_sh());
-      SetSh(sh, result.colors.active);
-    });
-  });
+SceneController::SceneController(QObject* parent)
+    : QObject(parent),
+      colors_(std::make_unique<SceneColors>(this)),
+      results_(std::make_unique<SceneResults>(this)) {
   worker_ = std::make_unique<SceneWorker>(
       [this](const Progress& step) {
         Post(this, [this, step] { Q_EMIT progress(StageText(step.stage), step.fraction); });
@@ -131,17 +105,11 @@ SceneController::SceneController(QObject* parent) : QObject(parent) {
           Q_EMIT taskChanged(label);
         });
       });
-  poll_.setInterval(kPollMs);
-  connect(&poll_, &QTimer::timeout, this, &SceneController::PollOptimizer);
-  restart_.setSingleShot(true);
-  restart_.setInterval(kRestartMs);
-  connect(&restart_, &QTimer::timeout, this, &SceneController::StartRefit);
 }
 
 SceneController::~SceneController() {
   worker_.reset();
-  composer_.reset();
-  if (session_) session_->refits().optimizer().Cancel();
+  colors_.reset();
 }
 
 // ---- Scene
@@ -188,7 +156,7 @@ void SceneController::Replace(const QString& name, Opener opener, std::function<
 void SceneController::SplitGaussians(RegionId id, const RefineOptions& options,
                                      const std::filesystem::path& splat,
                                      std::function<void(const RefineSummary&)> done) {
-  CancelRefit();
+  colors_->CancelRefit();
   const QString label = tr("Splitting Gaussians");
   const auto finer = std::make_shared<FinerSession>();
   Run(
@@ -229,23 +197,18 @@ void SceneController::OpenDone(const std::shared_ptr<EditSession>& session, doub
   facts->warnings = session->warnings();
   facts->load_seconds = seconds;
   facts_ = facts;
-  sh_ = original_sh();
-  sh_active_.reset();
-  ++sh_version_;
   // A restored session has regions already; no task of the worker's touches it yet.
   regions_ = session->store().regions();
-  started_job_ = job_ = session->store().job();
+  colors_->Begin(session);
   Q_EMIT opened();
   Q_EMIT regionsChanged();
-  Q_EMIT shChanged();
-  Refresh();
+  Q_EMIT colors_->shChanged();
+  colors_->Refresh();
 }
 
 void SceneController::Retire() {
-  restart_.stop();
-  poll_.stop();
+  colors_->End();
   if (session_) {
-    session_->refits().optimizer().Cancel();
     // Joined on the worker, where it may take its time. Tasks before may have started it anew.
     worker_->Post({{},
                    [session = session_](Monitor&) {
@@ -254,19 +217,12 @@ void SceneController::Retire() {
                    },
                    {}});
   }
-  composer_->Drop();
   session_.reset();
   facts_.reset();
   regions_ = {};
   history_ = {};
   pending_.clear();
   solo_ = 0;
-  sh_.reset();
-  sh_active_.reset();
-  shown_key_.clear();
-  snapshot_.reset();
-  optimizer_ = {};
-  ++generation_;
   QTimer::singleShot(kReleaseMs, this, [this] {
     worker_->Post({{}, [](Monitor&) { ReleaseFreedMemory(); }, {}});
   });
@@ -280,11 +236,6 @@ void SceneController::Close() {
 }
 
 void SceneController::Cancel() { worker_->Cancel(); }
-
-ShPointer SceneController::original_sh() const {
-  if (!facts_) return nullptr;
-  return {facts_->original, &facts_->original->sh};
-}
 
 SceneController::TaskId SceneController::Run(const QString& label, Work work,
                                              std::function<void()> done) {
@@ -342,8 +293,8 @@ void SceneController::Apply(const State& state) {
   regions_ = std::move(regions);
   history_ = state.history;
   if (solo_ != 0 && !regions_.Find(solo_)) solo_ = 0;
-  Refresh();
-  if (fits) Compose();
+  colors_->Refresh();
+  if (fits) colors_->Compose();
   Q_EMIT regionsChanged();
 }
 
@@ -426,7 +377,7 @@ void SceneController::Do(const RegionEdit& edit, const std::string& merge_key) {
   retint::Apply(edit, &regions_);
   pending_.emplace(edits_, edit);
   Run({}, [=](EditSession& session, Monitor&) { session.store().Do(edit, merge_key); });
-  Refresh();  // colors are on their way while the panels follow
+  colors_->Refresh();  // colors are on their way while the panels follow
   Q_EMIT regionsChanged();
 }
 
@@ -457,58 +408,7 @@ void SceneController::SetSolo(RegionId id) {
   if (solo_ == id) return;
   solo_ = id;
   Q_EMIT regionsChanged();
-  Refresh();
-}
-
-// ---- Colors on screen
-
-RegionSet SceneController::Shown() const {
-  RegionSet shown = regions_;
-  if (solo_ != 0) {
-    for (Region& region : shown.regions) region.visible = region.id == solo_;
-  }
-  return shown;
-}
-
-// Of the fit that would be up to date for everything that shows; empty when nothing does.
-std::string SceneController::KeyOfShown() const {
-  const RegionSet shown = Shown();
-  for (size_t i = shown.regions.size(); i-- > 0;) {
-    if (shown.regions[i].visible) return shown.FitKey(i, started_job_);
-  }
-  return {};
-}
-
-// Composes anew, and has the optimizer follow, when what shows has changed.
-void SceneController::Refresh() {
-  const std::string key = KeyOfShown();
-  if (key == shown_key_) return;
-  shown_key_ = key;
-  ++generation_;
-  Compose();
-  if (solo_ != 0) return;
-  // What the optimizer is at is out of date, and its cores are wanted for the picture.
-  if (optimizer_.Active()) CancelRefit();
-  if (automatic_ && NeedsFit(regions_, job_)) restart_.start();
-}
-
-void SceneController::Compose() {
-  if (!facts_) return;
-  if (shown_key_.empty()) return SetSh(original_sh());
-  const RegionSet shown = Shown();
-  for (const Region& region : shown.regions) {
-    // The worker measures it; what shows stays until then.
-    if (region.visible && region.edit.NeedsMainColor()) return;
-  }
-  composer_->Compose({facts_->original, facts_->backend, shown, started_job_, generation_});
-}
-
-void SceneController::SetSh(ShPointer sh, ActivePointer active) {
-  if (sh == sh_) return;
-  sh_ = std::move(sh);
-  sh_active_ = std::move(active);
-  ++sh_version_;
-  Q_EMIT shChanged();
+  colors_->Refresh();
 }
 
 }  // namespace retint

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The GUI's only face of a session. Lives on the GUI thread; the EditSession lives on a worker
-// thread with a queue of tasks, the optimizer on the session's own thread, and the colors on
-// screen are composed on a third, so that no call here takes long. All signals are emitted on the
-// GUI thread, results as values that nobody changes any more.
+// The open scene, its tasks and its regions; with colors() and results() the GUI's only face of a
+// session. Lives on the GUI thread; the EditSession lives on a worker thread with a queue of tasks,
+// so that no call here takes long. All signals are emitted on the GUI thread, results as values
+// that nobody changes any more.
 //
 // Value edits (SetEdit, SetVisible, ...) show at once in regions(), before the worker has done
 // them; what the session refuses is put back and reported by failed().
@@ -22,22 +22,17 @@
 
 #include <QObject>
 #include <QString>
-#include <QTimer>
 
 #include "editing/edit_session.h"
 #include "editing/finer_session.h"
 #include "scene/gaussian_model.h"
 #include "viewer/scene/lens_picture.h"
+#include "viewer/scene/scene_colors.h"
+#include "viewer/scene/scene_results.h"
 
 namespace retint {
 
 class SceneWorker;
-class ShComposer;
-
-// A scene's coefficients, [N, K, 3]; immutable, shared by everyone who shows them.
-using ShPointer = std::shared_ptr<const FloatArray>;
-// The Gaussians where a scene's coefficients may differ from the original's; null: anywhere.
-using ActivePointer = std::shared_ptr<const std::vector<int32_t>>;
 
 struct OpenRequest {
   // What the scene goes by: the workspace or, of a splat alone, the splat.
@@ -75,31 +70,11 @@ struct SceneFacts {
   std::shared_ptr<LensPictures> lenses = std::make_shared<LensPictures>();
 };
 
-// Of a region whose color was not chosen yet, or was taken back to white.
-inline bool ChangesNothing(const ColorEdit& edit) {
-  if (!edit.IsAffine() || edit.HasPaint()) return false;
-  const auto [gain, offset] = edit.Affine();
-  return gain == Eigen::Matrix3f::Identity() && offset.isZero(0);
-}
-
 struct HistoryState {
   bool can_undo = false, can_redo = false;
   std::string undo_label, redo_label;
   std::vector<std::string> labels;  // of all edits that are kept, the oldest first
   size_t done = 0;                  // of them; the others were undone
-};
-
-struct OptimizerStatus {
-  BackgroundOptimizer::State state = BackgroundOptimizer::State::kIdle;
-  RegionId region = 0;         // being fitted, 0: none
-  int steps = 0;               // of the job so far
-  double seconds = 0;          // since the job started, pauses left out
-  std::vector<double> losses;  // of the region at hand
-  std::string error;           // why it failed
-  bool Active() const {
-    return state == BackgroundOptimizer::State::kRunning ||
-           state == BackgroundOptimizer::State::kPaused;
-  }
 };
 
 class SceneController : public QObject {
@@ -191,54 +166,8 @@ class SceneController : public QObject {
   void SetSolo(RegionId id);
   RegionId solo() const { return solo_; }
 
-  // ---- Colors on screen
-
-  // The newest of closed form, fits and the optimizer's snapshot; the original's before any edit.
-  ShPointer sh() const { return sh_; }
-  ActivePointer sh_active() const { return sh_active_; }
-  ShPointer original_sh() const;
-  uint64_t sh_version() const { return sh_version_; }
-  // No region shows: sh() is the original.
-  bool ShowsOriginal() const { return sh_ == original_sh(); }
-
-  // ---- Background optimizer
-
-  // Of the next start. With `automatic` on (the default) it starts by itself after each edit.
-  void SetRefitJob(const RefitJob& job);
-  const RefitJob& refit_job() const { return job_; }
-  void SetAutomaticRefit(bool automatic);
-  bool automatic_refit() const { return automatic_; }
-  void StartRefit();
-  void PauseRefit();
-  void ResumeRefit();
-  void CancelRefit();
-  OptimizerStatus optimizer() const { return optimizer_; }
-
-  // ---- Results
-
-  void Evaluate(RegionId id);                      // qualityReady()
-  TaskId measuring() const { return measuring_; }  // of the last Evaluate()
-  // Says whether what was measured is of the edit that shows; empty: there is no such region.
-  std::string EditKey(RegionId id) const;
-  // The same on a few views, quickly: qualityGlanced().
-  void Glance(RegionId id);
-  // Whether the splat and the workspace belong together: sceneChecked(). Renders a few small views.
-  void Check();
-  // What is written has the colors of every region that is not hidden, whatever solo() is.
-  void WriteSplat(const std::filesystem::path& path);
-  void WriteMasks(const std::filesystem::path& folder, RegionId id);
-  void WriteReport(const std::filesystem::path& path);
-  // <folder>/<image name>.png of these views (none named: every one), edited.
-  void WriteViews(const std::filesystem::path& folder, const std::vector<std::string>& names = {});
-  // <folder>/0000.png, ...: a camera path.
-  // `done` runs once they are written. `replaced` as in ExportFrames().
-  void WriteFrames(const std::filesystem::path& folder, std::vector<PosedCamera> cameras,
-                   std::function<void()> done = {},
-                   std::vector<std::filesystem::path> replaced = {});
-  // One picture: the scene before the edits on the left, edited on the right.
-  // `lens` as for a FrameRequest.
-  void WriteComparison(const std::filesystem::path& path, const PosedCamera& camera,
-                       std::shared_ptr<const LensPicture> lens = nullptr);
+  SceneColors& colors() const { return *colors_; }
+  SceneResults& results() const { return *results_; }
 
  Q_SIGNALS:
   void opened();
@@ -247,18 +176,11 @@ class SceneController : public QObject {
   void closed();                          // also before opened(), of the scene that is replaced
   void regionsChanged();                  // regions(), history(), solo()
   void regionAdded(retint::RegionId id);  // or its selection replaced
-  void shChanged();                       // sh()
   void selectedAgain(retint::RegionId id);
   // With which options, before the two above; not of masks from elsewhere.
   void selectedWith(retint::RegionId id, const retint::SelectOptions& select,
                     const retint::ProjectorOptions& project);
   void selectionSeen(retint::RegionId id, std::shared_ptr<const retint::Mask> mask);
-  void optimizerChanged();  // optimizer()
-  void refitJobChanged();   // refit_job()
-  void sceneChecked(const std::vector<std::string>& warnings);
-  void qualityReady(retint::RegionId id, const retint::QualityReport& report);
-  void qualityGlanced(retint::RegionId id, const retint::QualityReport& report);
-  void written(const QString& path);
   // `label` began (IsBusy), or ended when empty.
   void taskChanged(const QString& label);
   void progress(const QString& stage, double fraction);
@@ -276,42 +198,22 @@ class SceneController : public QObject {
   void ReportFailure(const Outcome& outcome);
   // Run(), with the monitor by which this task alone is cancelled; null when no scene is open.
   std::shared_ptr<Monitor> Queue(const QString& label, Work work, std::function<void()> done);
-  void Refresh();
-  void Compose();
-  void SetSh(ShPointer sh, ActivePointer active = nullptr);
-  void PollOptimizer();
   void Retire();  // the open session
-  void RunWrite(const QString& label, const std::filesystem::path& path, Work work,
-                std::function<void()> done = {});
-  RegionSet Shown() const;
-  std::string KeyOfShown() const;
 
   std::shared_ptr<const SceneFacts> facts_;
-  // Used here only for its optimizer, whose calls any thread may make.
   std::shared_ptr<EditSession> session_;
   RegionSet regions_;
   HistoryState history_;
   // Local edits that the worker has not done yet, by number.
   std::map<uint64_t, RegionEdit> pending_;
   uint64_t edits_ = 0;
-  TaskId tasks_ = 0;  // that were queued so far
-  TaskId measuring_ = 0;
+  TaskId tasks_ = 0;                          // that were queued so far
   std::shared_ptr<Monitor> selecting_again_;  // of the newest SelectAgain(); null before the first
   RegionId solo_ = 0;
   bool has_same_views_ = false;
-  ShPointer sh_;
-  ActivePointer sh_active_;
-  uint64_t sh_version_ = 0;
-  std::string shown_key_;    // of what sh_ shows or will show
-  uint64_t generation_ = 0;  // counts changes of shown_key_
-  RefitJob job_, started_job_;
-  bool automatic_ = true;
-  uint64_t refit_generation_ = 0, refit_number_ = 0;  // of the job that runs
-  std::shared_ptr<const ShSnapshot> snapshot_;
-  OptimizerStatus optimizer_;
-  QTimer poll_, restart_;
   QString task_;
-  std::unique_ptr<ShComposer> composer_;
+  std::unique_ptr<SceneColors> colors_;
+  std::unique_ptr<SceneResults> results_;
   std::unique_ptr<SceneWorker> worker_;  // last: its tasks call into the rest
 };
 

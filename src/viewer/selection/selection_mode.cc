@@ -258,7 +258,7 @@ bool SelectionMode::Enter(const SelectionEntry& entry) {
   actions_->ShowMessage(tr("Rendering the view"), false);
   const auto frozen = std::make_shared<Frozen>();
   frozen->selection = selection;
-  const ShPointer sh = controller_->sh();
+  const ShPointer sh = controller_->colors().sh();
   task_ = controller_->Run(
       {},
       [frozen, sh, entry = entry_](EditSession& session, Monitor&) {

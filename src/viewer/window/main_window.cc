@@ -243,13 +243,13 @@ void MainWindow::ConnectScene() {
           });
   connect(controller_, &SceneController::cancelled, this,
           [this](const QString& label) { Say(tr("%1: cancelled").arg(label)); });
-  connect(controller_, &SceneController::sceneChecked, this,
+  connect(&controller_->results(), &SceneResults::sceneChecked, this,
           [this](const std::vector<std::string>& found) {
             std::vector<std::string> all = controller_->facts()->warnings;
             all.insert(all.end(), found.begin(), found.end());
             ShowWarnings(all);
           });
-  connect(controller_, &SceneController::written, this, [this](const QString& path) {
+  connect(&controller_->results(), &SceneResults::written, this, [this](const QString& path) {
     RememberOutput(path.toStdString());
     if (first_steps_) first_steps_->SetDone(FirstSteps::kExport);
     Say(tr("Wrote %1").arg(path));
@@ -267,7 +267,7 @@ void MainWindow::ConnectView() {
     // Once the scene is to be seen: the check renders too.
     if (unchecked_ && canvas_->IsSharp()) {
       unchecked_ = false;
-      controller_->Check();
+      controller_->results().Check();
     }
   });
   connect(canvas_, &Canvas::stateChanged, this, &MainWindow::UpdateActions);

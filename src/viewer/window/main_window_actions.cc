@@ -379,7 +379,7 @@ void PreferOnnxRuntime(const QString& path) {
 
 // The theme is the program's: the command line may have chosen another.
 void MainWindow::Prefer(const Preferences& preferences) {
-  controller_->SetAutomaticRefit(preferences.automatic_refit);
+  controller_->colors().SetAutomaticRefit(preferences.automatic_refit);
   renderer_->SetFrameBudget(preferences.frame_ms);
   PreferOverlayColor(preferences.overlay);
   PreferOnnxRuntime(preferences.onnx_runtime);

@@ -131,7 +131,7 @@ void MainWindow::ExportSplat() {
   if (path.isEmpty()) return;
   const QString named = NamedForExport(path, chosen, formats, &problem);
   if (named.isEmpty()) return ShowError(tr("Choose another ending"), problem);
-  ConfirmReplacing(Path(named), [this, named] { controller_->WriteSplat(Path(named)); });
+  ConfirmReplacing(Path(named), [this, named] { controller_->results().WriteSplat(Path(named)); });
 }
 
 void MainWindow::ExportReport() {
@@ -145,7 +145,7 @@ void MainWindow::ExportReport() {
   if (path.isEmpty()) return;
   const QString ending = kind == figures ? ".json" : ".html";
   if (!path.endsWith(".json") && !path.endsWith(".html")) path += ending;
-  ConfirmReplacing(Path(path), [this, path] { controller_->WriteReport(Path(path)); });
+  ConfirmReplacing(Path(path), [this, path] { controller_->results().WriteReport(Path(path)); });
 }
 
 void MainWindow::ExportMasks() {
@@ -164,7 +164,7 @@ void MainWindow::ExportMasks() {
       views.push_back(controller_->facts()->workspace->reconstruction.FindView(name));
     }
     ConfirmReplacing(folder, ViewFiles(folder, PictureNames(*controller_->facts(), views)),
-                     [this, folder, id] { controller_->WriteMasks(folder, id); });
+                     [this, folder, id] { controller_->results().WriteMasks(folder, id); });
   });
   dialog->open();
 }
@@ -188,7 +188,7 @@ void MainWindow::ExportViews() {
     std::vector<std::string> names;
     for (const View* one : views) names.push_back(one->name);
     ConfirmReplacing(folder, ViewFiles(folder, PictureNames(*facts, views)),
-                     [this, folder, names] { controller_->WriteViews(folder, names); });
+                     [this, folder, names] { controller_->results().WriteViews(folder, names); });
   });
   dialog->open();
 }
@@ -220,7 +220,7 @@ void MainWindow::ExportTurntable() {
       if (wanted) MakeVideo(folder, video);
     };
     ConfirmReplacing(folder, files, [this, folder, cameras, then, frames] {
-      controller_->WriteFrames(folder, cameras, then, frames);
+      controller_->results().WriteFrames(folder, cameras, then, frames);
     });
   });
   dialog->open();
@@ -241,7 +241,7 @@ void MainWindow::ExportComparison() {
   if (!path.endsWith(".png")) path += ".png";
   const PosedCamera camera = canvas_->navigation().Rendered();
   ConfirmReplacing(Path(path), [this, path, camera, lens = canvas_->Lens()] {
-    controller_->WriteComparison(Path(path), camera, lens);
+    controller_->results().WriteComparison(Path(path), camera, lens);
   });
 }
 

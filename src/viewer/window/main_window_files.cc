@@ -334,7 +334,7 @@ void MainWindow::OfferRecovery(const StartOptions& options, std::function<void()
 // ---- Questions
 
 void MainWindow::ConfirmThen(const QString& what, std::function<void()> go, bool quits) {
-  const bool running = controller_->optimizer().Active();
+  const bool running = controller_->colors().optimizer().Active();
   const bool busy = controller_->IsOpen() && controller_->IsBusy();
   const bool modified = controller_->IsOpen() && IsModified();
   const bool painted = selection_->HoldsPaint();
@@ -358,7 +358,7 @@ void MainWindow::ConfirmThen(const QString& what, std::function<void()> go, bool
   if (!painted) box->setDefaultButton(save ? save : leave);
   if (painted) box->setDefaultButton(QMessageBox::Cancel);
   const auto stop_and_go = [this, go = std::move(go)] {
-    controller_->CancelRefit();
+    controller_->colors().CancelRefit();
     controller_->Cancel();
     go();
   };
