@@ -12,6 +12,24 @@ namespace retint {
 // A part of a view's pixel grid.
 struct GridRect {
   int x = 0, y = 0, width = 0, height = 0;
+
+  // From (x, y) to before (x1, y1).
+  static GridRect Between(int x, int y, int x1, int y1) { return {x, y, x1 - x, y1 - y}; }
+  int x1() const { return x + width; }
+  int y1() const { return y + height; }
+  bool Empty() const { return width <= 0 || height <= 0; }
+  GridRect United(const GridRect& other) const {
+    if (Empty()) return other;
+    if (other.Empty()) return *this;
+    return Between(std::min(x, other.x), std::min(y, other.y), std::max(x1(), other.x1()),
+                   std::max(y1(), other.y1()));
+  }
+  GridRect Clipped(const GridRect& to) const {
+    const GridRect clipped = Between(std::max(x, to.x), std::max(y, to.y), std::min(x1(), to.x1()),
+                                     std::min(y1(), to.y1()));
+    return clipped.Empty() ? GridRect{} : clipped;
+  }
+  bool operator==(const GridRect&) const = default;
 };
 
 // `rect` lies within the image.

@@ -209,7 +209,7 @@ class Bench {
     double veiled_ms = 0;
     const auto timed =
         QObject::connect(&paper.veil(), &SelectionVeil::changed,
-                         [&](const PixelRect&) { veiled_ms = since_start_.Milliseconds(); });
+                         [&](const GridRect&) { veiled_ms = since_start_.Milliseconds(); });
     Series first, veils, rounds;
     const QPoint middle = paper.rect().center();
     QTest::mousePress(&paper, Qt::LeftButton, {}, middle);

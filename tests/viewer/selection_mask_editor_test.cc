@@ -18,17 +18,17 @@ constexpr Combine kAll[] = {Combine::kReplace, Combine::kAdd, Combine::kRemove,
                             Combine::kIntersect};
 
 // The rectangle of what differs; the editor's answer must hold it.
-PixelRect Difference(const Mask& a, const Mask& b) {
-  PixelRect rect;
+GridRect Difference(const Mask& a, const Mask& b) {
+  GridRect rect;
   for (int y = 0; y < a.height; ++y) {
     for (int x = 0; x < a.width; ++x) {
-      if (a(x, y) != b(x, y)) rect = rect.United({x, y, x + 1, y + 1});
+      if (a(x, y) != b(x, y)) rect = rect.United({x, y, 1, 1});
     }
   }
   return rect;
 }
 
-bool Holds(const PixelRect& outer, const PixelRect& inner) { return inner.Clipped(outer) == inner; }
+bool Holds(const GridRect& outer, const GridRect& inner) { return inner.Clipped(outer) == inner; }
 
 Mask Noise(int width, int height, unsigned seed) {
   std::mt19937 engine(seed);
@@ -107,7 +107,7 @@ TEST(MaskEditor, StrokesCombineWithWhatIsThere) {
 
     MaskEditor editor;
     editor.Reset(start);
-    PixelRect changed = editor.BeginStroke({20, 20}, {10, 0.5}, combine);
+    GridRect changed = editor.BeginStroke({20, 20}, {10, 0.5}, combine);
     changed = changed.United(editor.StrokeTo({40, 25}));
     EXPECT_TRUE(editor.InStroke());
     EXPECT_TRUE(Holds(changed, Difference(start, editor.mask())));
@@ -161,8 +161,8 @@ TEST(MaskEditor, ARectangleCoversItsPixelsInAnyOrderOfCorners) {
   for (const auto& [a, b] : {std::pair{Vector2d(10.4, 5.6), Vector2d(20.4, 8.4)},
                              std::pair{Vector2d(20.4, 5.6), Vector2d(10.4, 8.4)}}) {
     MaskEditor editor(40, 30);
-    const PixelRect changed = editor.FillRectangle(a, b, Combine::kReplace);
-    EXPECT_EQ(changed, (PixelRect{10, 6, 20, 8}));
+    const GridRect changed = editor.FillRectangle(a, b, Combine::kReplace);
+    EXPECT_EQ(changed, (GridRect{10, 6, 10, 2}));
     EXPECT_EQ(editor.CountInside(), 20u);
   }
   MaskEditor editor(40, 30);
@@ -259,7 +259,7 @@ TEST(MaskEditor, UndoAndRedoRepeatEveryStateExactly) {
   for (int i = 0; i < 60; ++i) {
     const Combine combine = kAll[engine() % 4];
     const Mask before = editor.mask();
-    PixelRect changed;
+    GridRect changed;
     switch (engine() % 6) {
       case 0:
         changed = editor.BeginStroke(point(), {uniform(1, 15), uniform(0, 1)}, combine);
@@ -289,7 +289,7 @@ TEST(MaskEditor, UndoAndRedoRepeatEveryStateExactly) {
   ASSERT_GT(states.size(), 30u);
   for (size_t i = states.size() - 1; i > 0; --i) {
     ASSERT_EQ(editor.mask().data, states[i].data);
-    const PixelRect changed = editor.Undo();
+    const GridRect changed = editor.Undo();
     EXPECT_TRUE(Holds(changed, Difference(states[i], states[i - 1])));
   }
   EXPECT_FALSE(editor.CanUndo());
@@ -329,9 +329,9 @@ TEST(MaskEditor, TheHistoryKeepsToItsBudget) {
 TEST(MaskEditor, AMoveTouchesTheBrushAlone) {
   MaskEditor editor(4000, 3000);
   editor.BeginStroke({2000, 1500}, {20, 1}, Combine::kAdd);
-  const PixelRect changed = editor.StrokeTo({2005, 1502});
-  EXPECT_LE(changed.width(), 5 + 2 * 21 + 2);
-  EXPECT_LE(changed.height(), 2 + 2 * 21 + 2);
+  const GridRect changed = editor.StrokeTo({2005, 1502});
+  EXPECT_LE(changed.width, 5 + 2 * 21 + 2);
+  EXPECT_LE(changed.height, 2 + 2 * 21 + 2);
   editor.EndStroke();
   EXPECT_LT(editor.history_bytes(), 5000u);
 }

@@ -55,19 +55,6 @@ class BrushProfile {
 
 }  // namespace
 
-PixelRect PixelRect::United(const PixelRect& other) const {
-  if (Empty()) return other;
-  if (other.Empty()) return *this;
-  return {std::min(x0, other.x0), std::min(y0, other.y0), std::max(x1, other.x1),
-          std::max(y1, other.y1)};
-}
-
-PixelRect PixelRect::Clipped(const PixelRect& to) const {
-  const PixelRect clipped{std::max(x0, to.x0), std::max(y0, to.y0), std::min(x1, to.x1),
-                          std::min(y1, to.y1)};
-  return clipped.Empty() ? PixelRect{} : clipped;
-}
-
 MaskEditor::MaskEditor(int width, int height, size_t history_bytes) : byte_budget_(history_bytes) {
   Reset(Mask(width, height));
 }
@@ -93,11 +80,11 @@ void MaskEditor::Begin() {
 
 // ---- Brush
 
-PixelRect MaskEditor::BeginStroke(const Eigen::Vector2d& at, const BrushOptions& brush,
-                                  Combine combine) {
+GridRect MaskEditor::BeginStroke(const Eigen::Vector2d& at, const BrushOptions& brush,
+                                 Combine combine) {
   Begin();
   stroke_ = Stroke{brush, combine, at, {}};
-  PixelRect changed;
+  GridRect changed;
   if (combine == Combine::kReplace || combine == Combine::kIntersect) {
     std::fill(mask_.data.begin(), mask_.data.end(), uint8_t{0});
     changed = stroke_->touched = Bounds();
@@ -105,31 +92,32 @@ PixelRect MaskEditor::BeginStroke(const Eigen::Vector2d& at, const BrushOptions&
   return changed.United(Dab(at, at));
 }
 
-PixelRect MaskEditor::StrokeTo(const Eigen::Vector2d& to) {
+GridRect MaskEditor::StrokeTo(const Eigen::Vector2d& to) {
   if (!stroke_) return {};
   const Eigen::Vector2d from = std::exchange(stroke_->at, to);
   return Dab(from, to);
 }
 
-PixelRect MaskEditor::Dab(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+GridRect MaskEditor::Dab(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
   if (!from.allFinite() || !to.allFinite()) return {};
   const BrushProfile profile(stroke_->brush);
   const auto clip = [](double value, int size) {
     return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(size)));
   };
   const double reach = profile.outer();
-  const PixelRect box{clip(std::floor(std::min(from.x(), to.x()) - reach), mask_.width),
-                      clip(std::floor(std::min(from.y(), to.y()) - reach), mask_.height),
-                      clip(std::ceil(std::max(from.x(), to.x()) + reach), mask_.width),
-                      clip(std::ceil(std::max(from.y(), to.y()) + reach), mask_.height)};
+  const GridRect box =
+      GridRect::Between(clip(std::floor(std::min(from.x(), to.x()) - reach), mask_.width),
+                        clip(std::floor(std::min(from.y(), to.y()) - reach), mask_.height),
+                        clip(std::ceil(std::max(from.x(), to.x()) + reach), mask_.width),
+                        clip(std::ceil(std::max(from.y(), to.y()) + reach), mask_.height));
   if (box.Empty()) return {};
   // Squared distance to the segment, about its start.
   const Eigen::Vector2f start = from.cast<float>(), along = (to - from).cast<float>();
   const float length_squared = along.squaredNorm();
   const float inverse = length_squared > 0 ? 1 / length_squared : 0;
-  for (int y = box.y0; y < box.y1; ++y) {
+  for (int y = box.y; y < box.y1(); ++y) {
     const float dy = static_cast<float>(y) + 0.5f - start.y();
-    for (int x = box.x0; x < box.x1; ++x) {
+    for (int x = box.x; x < box.x1(); ++x) {
       const float dx = static_cast<float>(x) + 0.5f - start.x();
       const float t = std::clamp((dx * along.x() + dy * along.y()) * inverse, 0.0f, 1.0f);
       const float rx = dx - t * along.x(), ry = dy - t * along.y();
@@ -146,20 +134,20 @@ PixelRect MaskEditor::Dab(const Eigen::Vector2d& from, const Eigen::Vector2d& to
 
 void MaskEditor::EndStroke() {
   if (!stroke_) return;
-  const PixelRect touched = stroke_->touched;
+  const GridRect touched = stroke_->touched;
   stroke_.reset();
-  for (int y = touched.y0; y < touched.y1; ++y) {
-    std::fill_n(&coverage_(touched.x0, y), touched.width(), uint8_t{0});
+  for (int y = touched.y; y < touched.y1(); ++y) {
+    std::fill_n(&coverage_(touched.x, y), touched.width, uint8_t{0});
   }
   Record(touched);
 }
 
-PixelRect MaskEditor::CancelStroke() {
+GridRect MaskEditor::CancelStroke() {
   if (!stroke_) return {};
-  const PixelRect touched = stroke_->touched;
-  for (int y = touched.y0; y < touched.y1; ++y) {
-    std::copy_n(&before_(touched.x0, y), touched.width(), &mask_(touched.x0, y));
-    std::fill_n(&coverage_(touched.x0, y), touched.width(), uint8_t{0});
+  const GridRect touched = stroke_->touched;
+  for (int y = touched.y; y < touched.y1(); ++y) {
+    std::copy_n(&before_(touched.x, y), touched.width, &mask_(touched.x, y));
+    std::fill_n(&coverage_(touched.x, y), touched.width, uint8_t{0});
   }
   stroke_.reset();
   return touched;
@@ -167,7 +155,7 @@ PixelRect MaskEditor::CancelStroke() {
 
 // ---- Shapes and operations
 
-PixelRect MaskEditor::Fill(const Mask& shape, Combine combine) {
+GridRect MaskEditor::Fill(const Mask& shape, Combine combine) {
   if (shape.width != mask_.width || shape.height != mask_.height) return {};
   Begin();
   for (size_t i = 0; i < mask_.data.size(); ++i) {
@@ -176,8 +164,8 @@ PixelRect MaskEditor::Fill(const Mask& shape, Combine combine) {
   return Record(Bounds());
 }
 
-PixelRect MaskEditor::FillRectangle(const Eigen::Vector2d& a, const Eigen::Vector2d& b,
-                                    Combine combine) {
+GridRect MaskEditor::FillRectangle(const Eigen::Vector2d& a, const Eigen::Vector2d& b,
+                                   Combine combine) {
   if (!a.allFinite() || !b.allFinite()) return {};
   const auto edge = [](double value, int size) {
     return static_cast<int>(std::lround(std::clamp(value, 0.0, static_cast<double>(size))));
@@ -191,7 +179,7 @@ PixelRect MaskEditor::FillRectangle(const Eigen::Vector2d& a, const Eigen::Vecto
   return Fill(shape, combine);
 }
 
-PixelRect MaskEditor::FillPolygon(std::span<const Eigen::Vector2d> outline, Combine combine) {
+GridRect MaskEditor::FillPolygon(std::span<const Eigen::Vector2d> outline, Combine combine) {
   if (outline.size() < 3) return {};
   for (const Eigen::Vector2d& point : outline) {
     if (!point.allFinite()) return {};
@@ -218,7 +206,7 @@ PixelRect MaskEditor::FillPolygon(std::span<const Eigen::Vector2d> outline, Comb
   return Fill(shape, combine);
 }
 
-PixelRect MaskEditor::Grow(int pixels) {
+GridRect MaskEditor::Grow(int pixels) {
   if (pixels <= 0 || mask_.Empty()) return {};
   Begin();
   const int side = 2 * pixels + 1;
@@ -227,7 +215,7 @@ PixelRect MaskEditor::Grow(int pixels) {
   return Record(Bounds());
 }
 
-PixelRect MaskEditor::Shrink(int pixels) {
+GridRect MaskEditor::Shrink(int pixels) {
   if (pixels <= 0 || mask_.Empty()) return {};
   Begin();
   const int side = 2 * pixels + 1;
@@ -236,33 +224,33 @@ PixelRect MaskEditor::Shrink(int pixels) {
   return Record(Bounds());
 }
 
-PixelRect MaskEditor::Invert() {
+GridRect MaskEditor::Invert() {
   Begin();
   for (uint8_t& value : mask_.data) value = static_cast<uint8_t>(255 - value);
   return Record(Bounds());
 }
 
-PixelRect MaskEditor::SelectAll() {
+GridRect MaskEditor::SelectAll() {
   return Fill(Mask(mask_.width, mask_.height, 255), Combine::kReplace);
 }
 
-PixelRect MaskEditor::SelectNone() {
+GridRect MaskEditor::SelectNone() {
   return Fill(Mask(mask_.width, mask_.height), Combine::kReplace);
 }
 
 // ---- History
 
-PixelRect MaskEditor::Record(const PixelRect& rect) {
-  PixelRect changed;
-  for (int y = rect.y0; y < rect.y1; ++y) {
-    const uint8_t* now = &mask_(rect.x0, y);
-    const uint8_t* then = &before_(rect.x0, y);
-    const auto [first, unused] = std::mismatch(now, now + rect.width(), then);
-    if (first == now + rect.width()) continue;
-    int last = rect.width() - 1;
+GridRect MaskEditor::Record(const GridRect& rect) {
+  GridRect changed;
+  for (int y = rect.y; y < rect.y1(); ++y) {
+    const uint8_t* now = &mask_(rect.x, y);
+    const uint8_t* then = &before_(rect.x, y);
+    const auto [first, unused] = std::mismatch(now, now + rect.width, then);
+    if (first == now + rect.width) continue;
+    int last = rect.width - 1;
     while (now[last] == then[last]) --last;
-    const int x0 = rect.x0 + static_cast<int>(first - now);
-    changed = changed.United({x0, y, rect.x0 + last + 1, y + 1});
+    const int x0 = rect.x + static_cast<int>(first - now);
+    changed = changed.United(GridRect::Between(x0, y, rect.x + last + 1, y + 1));
   }
   if (changed.Empty()) return {};
   while (steps_.size() > cursor_) {  // undone steps are forgotten
@@ -270,9 +258,9 @@ PixelRect MaskEditor::Record(const PixelRect& rect) {
     steps_.pop_back();
   }
   Step step{changed, {}};
-  step.delta.reserve(static_cast<size_t>(changed.width()) * static_cast<size_t>(changed.height()));
-  for (int y = changed.y0; y < changed.y1; ++y) {
-    for (int x = changed.x0; x < changed.x1; ++x) {
+  step.delta.reserve(static_cast<size_t>(changed.width) * static_cast<size_t>(changed.height));
+  for (int y = changed.y; y < changed.y1(); ++y) {
+    for (int x = changed.x; x < changed.x1(); ++x) {
       step.delta.push_back(static_cast<uint8_t>(mask_(x, y) ^ before_(x, y)));
     }
   }
@@ -286,22 +274,22 @@ PixelRect MaskEditor::Record(const PixelRect& rect) {
   return changed;
 }
 
-PixelRect MaskEditor::Toggle(const Step& step) {
+GridRect MaskEditor::Toggle(const Step& step) {
   size_t i = 0;
-  for (int y = step.rect.y0; y < step.rect.y1; ++y) {
-    for (int x = step.rect.x0; x < step.rect.x1; ++x) mask_(x, y) ^= step.delta[i++];
+  for (int y = step.rect.y; y < step.rect.y1(); ++y) {
+    for (int x = step.rect.x; x < step.rect.x1(); ++x) mask_(x, y) ^= step.delta[i++];
   }
   return step.rect;
 }
 
-PixelRect MaskEditor::Undo() {
+GridRect MaskEditor::Undo() {
   EndStroke();
-  return CanUndo() ? Toggle(steps_[--cursor_]) : PixelRect{};
+  return CanUndo() ? Toggle(steps_[--cursor_]) : GridRect{};
 }
 
-PixelRect MaskEditor::Redo() {
+GridRect MaskEditor::Redo() {
   EndStroke();
-  return CanRedo() ? Toggle(steps_[cursor_++]) : PixelRect{};
+  return CanRedo() ? Toggle(steps_[cursor_++]) : GridRect{};
 }
 
 }  // namespace retint

@@ -13,20 +13,10 @@
 
 #include <Eigen/Core>
 
+#include "scene/grid_rect.h"
 #include "scene/image.h"
 
 namespace retint {
-
-// Half-open; empty where x0 >= x1 or y0 >= y1.
-struct PixelRect {
-  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
-  bool Empty() const { return x0 >= x1 || y0 >= y1; }
-  int width() const { return Empty() ? 0 : x1 - x0; }
-  int height() const { return Empty() ? 0 : y1 - y0; }
-  PixelRect United(const PixelRect& other) const;
-  PixelRect Clipped(const PixelRect& to) const;
-  bool operator==(const PixelRect&) const = default;
-};
 
 // How a stroke or a shape S with coverage in [0, 255] changes the mask M.
 enum class Combine {
@@ -50,7 +40,7 @@ class MaskEditor {
   // Starts anew, without history. `mask` may be of another size than before.
   void Reset(Mask mask);
   const Mask& mask() const { return mask_; }
-  PixelRect Bounds() const { return {0, 0, mask_.width, mask_.height}; }
+  GridRect Bounds() const { return {0, 0, mask_.width, mask_.height}; }
   bool AnyInside() const;  // a pixel of 128 or more
   size_t CountInside() const;
 
@@ -61,51 +51,51 @@ class MaskEditor {
   // as the box about that segment, whatever the image's size. Overlaps within a stroke do not add
   // up. kReplace and kIntersect clear the pixels outside when the stroke begins. A stroke in
   // progress is ended by any other change.
-  PixelRect BeginStroke(const Eigen::Vector2d& at, const BrushOptions& brush, Combine combine);
-  PixelRect StrokeTo(const Eigen::Vector2d& to);
+  GridRect BeginStroke(const Eigen::Vector2d& at, const BrushOptions& brush, Combine combine);
+  GridRect StrokeTo(const Eigen::Vector2d& to);
   void EndStroke();
-  PixelRect CancelStroke();  // as if it had never begun
+  GridRect CancelStroke();  // as if it had never begun
   bool InStroke() const { return stroke_.has_value(); }
 
   // ---- Shapes and operations, each one step unless nothing changes
 
   // Corners in any order, each pixel that the rectangle covers half or more.
-  PixelRect FillRectangle(const Eigen::Vector2d& a, const Eigen::Vector2d& b, Combine combine);
+  GridRect FillRectangle(const Eigen::Vector2d& a, const Eigen::Vector2d& b, Combine combine);
   // Pixels whose center lies within the closed outline, even-odd; lasso and polygon alike. Fewer
   // than three points: nothing.
-  PixelRect FillPolygon(std::span<const Eigen::Vector2d> outline, Combine combine);
+  GridRect FillPolygon(std::span<const Eigen::Vector2d> outline, Combine combine);
   // Any shape, coverage in [0, 255]. Nothing, unless it is of the mask's size.
-  PixelRect Fill(const Mask& shape, Combine combine);
-  PixelRect Grow(int pixels);    // by a disc
-  PixelRect Shrink(int pixels);  // pixels that the border cuts off do not count as outside
-  PixelRect Invert();
-  PixelRect SelectAll();
-  PixelRect SelectNone();
+  GridRect Fill(const Mask& shape, Combine combine);
+  GridRect Grow(int pixels);    // by a disc
+  GridRect Shrink(int pixels);  // pixels that the border cuts off do not count as outside
+  GridRect Invert();
+  GridRect SelectAll();
+  GridRect SelectNone();
 
   // ---- History
 
   bool CanUndo() const { return cursor_ > 0; }
   bool CanRedo() const { return cursor_ < steps_.size(); }
-  PixelRect Undo();
-  PixelRect Redo();
+  GridRect Undo();
+  GridRect Redo();
   size_t history_bytes() const { return bytes_; }
 
  private:
   // The change: the old pixels XOR the new ones, so that the same bytes serve undo and redo.
   struct Step {
-    PixelRect rect;
+    GridRect rect;
     std::vector<uint8_t> delta;  // [height, width] of rect
   };
   struct Stroke {
     BrushOptions brush;
     Combine combine;
     Eigen::Vector2d at;
-    PixelRect touched;
+    GridRect touched;
   };
-  PixelRect Dab(const Eigen::Vector2d& from, const Eigen::Vector2d& to);
+  GridRect Dab(const Eigen::Vector2d& from, const Eigen::Vector2d& to);
   // Records the difference between `before_` and `mask_` within `rect`. Returns its bounds.
-  PixelRect Record(const PixelRect& rect);
-  PixelRect Toggle(const Step& step);
+  GridRect Record(const GridRect& rect);
+  GridRect Toggle(const Step& step);
   void Begin();  // before_ = mask_
 
   Mask mask_;

@@ -40,7 +40,7 @@ SelectionCanvas::SelectionCanvas(QWidget* parent) : QWidget(parent) {
   });
   connect(finder_, &OutlineFinder::failed, this, &SelectionCanvas::NotFound);
   veil_ = new SelectionVeil(this);
-  connect(veil_, &SelectionVeil::changed, this, [this](const PixelRect& part) {
+  connect(veil_, &SelectionVeil::changed, this, [this](const GridRect& part) {
     if (!part.Empty()) update(WidgetRect(part));
   });
   UpdateCursor();
@@ -83,14 +83,14 @@ void SelectionCanvas::SetHatched(Mask where) {
   update();
 }
 
-void SelectionCanvas::Edited(const PixelRect& changed) {
+void SelectionCanvas::Edited(const GridRect& changed) {
   finder_->Cancel();
   ForgetScribbles();
   applied_ = 0;
   Changed(changed);
 }
 
-void SelectionCanvas::Changed(const PixelRect& changed) {
+void SelectionCanvas::Changed(const GridRect& changed) {
   if (!changed.Empty()) update(WidgetRect(changed));
   if (!editor_.InStroke()) ChooseOverlayColor();
   Q_EMIT edited();
@@ -221,7 +221,7 @@ bool SelectionCanvas::CancelDrawing() {
   drawing_.reset();
   const bool shows = gesture != 0 && applied_ == gesture;
   applied_ = 0;
-  Changed(shows ? editor_.Undo() : PixelRect{});
+  Changed(shows ? editor_.Undo() : GridRect{});
   Q_EMIT hintChanged();
   update();
   return true;

@@ -52,7 +52,7 @@ class SelectionCanvas : public QWidget {
   }
   // Repaints what an edit changed and tells everyone; what is still being found is given up. Every
   // edit made from outside ends here.
-  void Edited(const PixelRect& changed);
+  void Edited(const GridRect& changed);
 
   SelectionTool tool() const { return tool_; }
   void SetTool(SelectionTool tool);
@@ -124,7 +124,7 @@ class SelectionCanvas : public QWidget {
   Combine CombineFor(Qt::KeyboardModifiers modifiers) const;
   void Press(const Eigen::Vector2d& at, Qt::KeyboardModifiers modifiers);
   void FinishDrawing();
-  void Changed(const PixelRect& changed);
+  void Changed(const GridRect& changed);
   // selection_canvas_outline.cc
   void Find(uint64_t gesture, Combine combine, OutlineFinder::Work work);
   void NotFound(const QString& why);
@@ -143,7 +143,7 @@ class SelectionCanvas : public QWidget {
   void ZoomTo(const QPointF& at, double scale);
   void Moved();  // the transform
   void ChooseOverlayColor();
-  QRect WidgetRect(const PixelRect& rect) const;
+  QRect WidgetRect(const GridRect& rect) const;
   void PaintOverlay(class QPainter& painter, const QRect& clip);
   void PaintDrawing(class QPainter& painter) const;
   void PaintScribbles(class QPainter& painter) const;

@@ -63,9 +63,9 @@ void ClipToDrag(const std::vector<Eigen::Vector2d>& points, double margin, Mask*
 void SelectionCanvas::Find(uint64_t gesture, Combine combine, OutlineFinder::Work work) {
   finder_->Find(gesture, std::move(work), [this, gesture, combine](const Mask& mask) {
     // Instead of the earlier result for the same gesture.
-    PixelRect changed;
+    GridRect changed;
     if (applied_ == gesture) changed = editor_.Undo();
-    const PixelRect filled = editor_.Fill(mask, combine);
+    const GridRect filled = editor_.Fill(mask, combine);
     applied_ = filled.Empty() ? 0 : gesture;
     for (Scribble& scribble : scribbles_) {
       if (scribble.gesture == gesture) scribble.found = true, scribble.step = applied_ == gesture;
@@ -274,7 +274,7 @@ void SelectionCanvas::UndoScribble() {
     scribbles_.pop_back();
   }
   applied_ = 0;
-  Changed(step ? editor_.Undo() : PixelRect{});
+  Changed(step ? editor_.Undo() : GridRect{});
   Q_EMIT hintChanged();
   update();
 }
@@ -287,7 +287,7 @@ void SelectionCanvas::RedoScribble() {
     undone_.pop_back();
   }
   applied_ = 0;
-  Changed(step ? editor_.Redo() : PixelRect{});
+  Changed(step ? editor_.Redo() : GridRect{});
   Q_EMIT hintChanged();
   update();
 }

@@ -48,9 +48,9 @@ void PaintStroke(QPainter& painter, const QPolygonF& line, double width, bool ou
 
 }  // namespace
 
-QRect SelectionCanvas::WidgetRect(const PixelRect& rect) const {
-  const Eigen::Vector2d a = transform_.ToWidget({double(rect.x0), double(rect.y0)});
-  const Eigen::Vector2d b = transform_.ToWidget({double(rect.x1), double(rect.y1)});
+QRect SelectionCanvas::WidgetRect(const GridRect& rect) const {
+  const Eigen::Vector2d a = transform_.ToWidget({double(rect.x), double(rect.y)});
+  const Eigen::Vector2d b = transform_.ToWidget({double(rect.x1()), double(rect.y1())});
   return QRectF(ToPoint(a), ToPoint(b)).toAlignedRect().adjusted(-2, -2, 2, 2);
 }
 

@@ -11,15 +11,15 @@ namespace {
 
 constexpr int kFadeMs = 200;
 
-PixelRect InsideOf(const Mask& mask) {
-  PixelRect inside;
+GridRect InsideOf(const Mask& mask) {
+  GridRect inside;
   for (int y = 0; y < mask.height; ++y) {
     const uint8_t* row = mask.data.data() + mask.Index(0, y);
     const auto* first = std::find_if(row, row + mask.width, IsInside);
     if (first == row + mask.width) continue;
     const auto* last = row + mask.width;
     while (!IsInside(last[-1])) --last;
-    inside = inside.United({int(first - row), y, int(last - row), y + 1});
+    inside = inside.United(GridRect::Between(int(first - row), y, int(last - row), y + 1));
   }
   return inside;
 }
@@ -41,7 +41,7 @@ double SelectionVeil::opacity() const {
 void SelectionVeil::Show(Mask mask) {
   fade_.stop();
   mask_ = std::move(mask);
-  const PixelRect before = std::exchange(inside_, InsideOf(mask_));
+  const GridRect before = std::exchange(inside_, InsideOf(mask_));
   Q_EMIT changed(before.United(inside_));
 }
 

@@ -24,11 +24,11 @@ class SelectionVeil : public QObject {
   void Clear();  // at once
 
  Q_SIGNALS:
-  void changed(const retint::PixelRect& part);  // that looks different now; may be empty
+  void changed(const retint::GridRect& part);  // that looks different now; may be empty
 
  private:
   Mask mask_;
-  PixelRect inside_;  // holds its inside part
+  GridRect inside_;  // holds its inside part
   QVariantAnimation fade_;
 };
 
