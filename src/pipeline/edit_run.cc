@@ -109,9 +109,8 @@ void EditRun::CheckParts() const {
   if (scene_.IsWhole()) {
     for (const fs::path& splat : outputs.splats) {
       CheckStreamedSog(splat, scene_.session().scene().original());
-      CheckOption(
-          !IsStreamedSog(splat) || !refines(),
-          splat.string() + ": a streamed SOG keeps its Gaussians, and --refine splits them");
+      CheckOption(!IsStreamedSog(splat) || !refines(),
+                  splat.string() + ": a streamed SOG keeps its Gaussians, so none can be split");
     }
     return;
   }
