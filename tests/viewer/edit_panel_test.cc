@@ -192,8 +192,8 @@ class EditPanelTest : public EditPanelFixture {
     for (const QAction* action : menu->actions()) {
       if (action->isVisible()) first << action->text();
     }
-    QCOMPARE(first.mid(0, 7),
-             QStringList({"Recolor", "Adjust", "Grade", "LUT", "Gradient", "Palette", "Picture"}));
+    QCOMPARE(first.mid(0, 9), QStringList({"Recolor", "Adjust", "Curves", "Levels", "Grade", "LUT",
+                                           "Gradient", "Palette", "Picture"}));
     QCOMPARE(first.last(), QString("More"));
     QVERIFY(!first.contains("Matrix") && !first.contains("Soft clip"));
     Find<QAction>("mode_gradient")->trigger();
