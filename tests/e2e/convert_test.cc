@@ -38,7 +38,8 @@ TEST(Convert, EveryWritableFormatTellsWhatItCosts) {
   const GaussianModel model = ReadSplat(Splat());
   ASSERT_EQ(model.sh_degree, 3);
   for (const SplatFormat& format : SplatFormats()) {
-    if (!format.writable) continue;
+    // A streamed SOG is written only from a streamed SOG.
+    if (!format.writable || format.name.starts_with("streamed")) continue;
     const auto path = temp / ("out" + std::string(format.extensions[0]));
     SCOPED_TRACE(path);
     const json report = Convert(Splat(), path, temp / "report.json");

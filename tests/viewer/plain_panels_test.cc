@@ -129,7 +129,7 @@ class PlainPanelsTest : public EditPanelFixture {
     Show("optimizer");
     RefitJob job = Controller().colors().refit_job();
     job.options.solver = Solver::kAdam;
-    job.options.adam.iterations = 400;
+    job.options.adam.iterations = 1500;
     Controller().colors().SetRefitJob(job);
     auto* bar = Find<QProgressBar>("optimizer_progress");
     auto* state = Find<QLabel>("optimizer_state");
