@@ -65,7 +65,7 @@ const Row kUsageRows[] = {
      [](Place& p) {
        return Recolor(p, {"--ridge-rest", "1e-2"});
      }},
-    {"AFlagOfOtherVerbs", 2, "--holdout; recolor, refit and evaluate have it",
+    {"AFlagOfOtherVerbs", 2, "--holdout; recolor, refit, match and evaluate have it",
      [](Place& p) {
        return With(p, "select", {"--holdout", "--view", "a", "--mask", "b", "-o", p.Out("c.ply")});
      }},
