@@ -147,7 +147,7 @@ int SliderBox::FromSlider(int position) const {
 
 ToolStrip::ToolStrip(SelectionCanvas* canvas, QWidget* parent) : QFrame(parent), canvas_(canvas) {
   layout_ = new WrapLayout(this);
-  layout_->setContentsMargins(6, 3, 6, 3);
+  layout_->setContentsMargins(4, 4, 4, 4);
   layout_->setSpacing(8);
   buttons_ = new QWidget;
   auto* buttons = new QHBoxLayout(buttons_);
@@ -288,7 +288,7 @@ void ToolStrip::changeEvent(QEvent* event) {
 ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
     : QFrame(parent), canvas_(canvas) {
   auto* rows = new WrapLayout(this);
-  rows->setContentsMargins(6, 3, 6, 3);
+  rows->setContentsMargins(4, 4, 4, 4);
   rows->setSpacing(6);
   // If there is no room for all in a row: editing above, ending the mode below. The buttons alone
   // where it is narrower still.
