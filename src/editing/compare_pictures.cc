@@ -14,6 +14,7 @@
 #include "base/parallel.h"
 #include "colmap_io/image_io.h"
 #include "editing/jpeg_noise.h"
+#include "editing/picture_before.h"
 #include "editing/picture_changes.h"
 #include "opening/photo_paint.h"
 #include "opening/picture_likeness.h"
@@ -55,13 +56,6 @@ std::array<float, 3> Color8(const Image8& image, size_t p) {
           static_cast<float>(image.data[3 * p + 2]) / 255};
 }
 
-// As a file of 8 bits holds it.
-void Round8(Image& image) {
-  for (float& value : image.data) {
-    value = std::round(std::clamp(value, 0.0F, 1.0F) * 255) / 255;
-  }
-}
-
 bool HasSize(const Image8& picture, const Camera& camera) {
   return picture.width == camera.width && picture.height == camera.height;
 }
@@ -69,55 +63,6 @@ bool HasSize(const Image8& picture, const Camera& camera) {
 // A picture in a photo's pixels was resampled, and with it the noise of its file.
 ScalarImage LeastChangesOf(const EditedPicture& picture, const Image& before) {
   return LeastChanges(picture.image, before, picture.of_photo ? std::string() : picture.file);
-}
-
-// The view's render as it comes out of the file of 8 bits that the picture was: one in a photo's
-// pixels is resampled twice, and so is this.
-Image RenderBefore(const EditedPicture& picture, const View& view, OpenScene& scene,
-                   std::span<const float> sh) {
-  if (!picture.of_photo) {
-    Image render = scene.Render(view, sh);
-    Round8(render);
-    return render;
-  }
-  const PhotoPixels& pixels = *scene.workspace().photo_pixels;
-  const DistortedPhoto& photo = *scene.workspace().PhotoOf(view);
-  std::vector<Image> faces;
-  for (const ViewId face : photo.faces) {
-    faces.push_back(scene.Render(scene.reconstruction().views.at(face), sh));
-  }
-  Image whole = pixels.ToPhoto(photo, faces);
-  Round8(whole);
-  Image render = pixels.ToView(view.id, whole);
-  Round8(render);
-  return render;
-}
-
-// The render or the photo, whichever the picture was made from.
-Image ViewBefore(const EditedPicture& picture, OpenScene& scene, std::span<const float> sh) {
-  const View& view = scene.workspace().RequireView(picture.view);
-  Image render = RenderBefore(picture, view, scene, sh);
-  if (!scene.workspace().HasPhoto(view)) return render;
-  Image photo = scene.workspace().ReadPhoto(view);
-  return MeanDifference(picture.image, photo) < MeanDifference(picture.image, render)
-             ? std::move(photo)
-             : std::move(render);
-}
-
-// The view as the operations `before` leave it, in 8 bits where it was handed out.
-Image BeforePicture(const EditedPicture& picture, const ColorEdit& before, const Mask& share,
-                    OpenScene& scene, std::span<const float> sh) {
-  if (!picture.before.Empty()) return ToImage(picture.before);
-  Image view = ViewBefore(picture, scene, sh);
-  if (before.operations.empty()) return view;
-  const CompiledEdit compiled(before);
-  for (size_t p = 0; p < share.data.size(); ++p) {
-    if (share.data[p] == 0) continue;
-    const Eigen::Vector3f color =
-        compiled.Apply(Eigen::Vector3f(&view.data[3 * p]), float(share.data[p]) / 255);
-    std::copy_n(color.data(), 3, &view.data[3 * p]);
-  }
-  return view;
 }
 
 std::string NameOf(const EditedPicture& picture) {

@@ -2,13 +2,11 @@
 #include "selection/mask_projector.h"
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <numeric>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -18,11 +16,11 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "render/view_reducer.h"
-#include "scene/image_checks.h"
 #include "scene/mask_pixels.h"
 #include "selection/depth_agreement.h"
 #include "selection/evidence.h"
 #include "selection/mask_tools/paint_border.h"
+#include "selection/projection_checks.h"
 #include "selection/share_renderer.h"
 #include "selection/shrunk_view.h"
 #include "selection/view_depth.h"
@@ -473,59 +471,6 @@ Buffer<uint8_t> Floaters(const GaussianGraph& graph, Backend& backend) {
   return any ? backend.Upload(std::span<const uint8_t>(floats)) : Buffer<uint8_t>();
 }
 
-void CheckInput(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
-                const std::vector<const View*>& views) {
-  if (cloud.points.empty()) throw InputError("the selection is empty: its cloud has no points");
-  if (views.empty()) throw InputError("there is no view to project the selection to");
-  for (const auto& view : painted) {
-    RequireSize("the mask of view " + view.name, view.mask, view.camera.camera);
-    if (view.seen.Empty()) continue;
-    RequireSize("what is seen in view " + view.name, view.seen, view.camera.camera);
-  }
-}
-
-// Whether a mask of a painted view holds a pixel of its paint; true where there is none to compare.
-bool HoldsPaint(const std::vector<PaintedView>& painted, const ProjectedMasks& projected) {
-  bool any_painted = false;
-  for (const PaintedView& view : painted) {
-    const auto found = projected.masks.find(view.name);
-    if (found == projected.masks.end()) continue;
-    for (size_t p = 0; p < view.mask.data.size(); ++p) {
-      if (!IsInside(view.mask.data[p])) continue;
-      if (IsInside(found->second.data[p])) return true;
-      any_painted = true;
-    }
-  }
-  return !any_painted;
-}
-
-// Whether a fit would change any. A thin stroke may take less than half of each large Gaussian.
-bool HoldsGaussians(const std::vector<float>& shares) {
-  constexpr float kLeast = 0.05f;  // as RefitOptions::active_threshold
-  return std::any_of(shares.begin(), shares.end(), [](float share) { return share > kLeast; });
-}
-
-void Finish(ProjectedMasks* result) {
-  std::vector<const Mask*> masks;
-  for (const auto& [name, mask] : result->masks) masks.push_back(&mask);
-  std::vector<double> covered(masks.size());
-  std::atomic<bool> any = false;
-  ParallelTasks(int64_t(masks.size()), [&](size_t i) {
-    int64_t inside = 0;
-    uint8_t largest = 0;
-    for (const uint8_t value : masks[i]->data) {
-      largest = std::max(largest, value);
-      inside += value;
-    }
-    if (IsInside(largest)) any = true;
-    covered[i] = static_cast<double>(inside) /
-                 (255.0 * static_cast<double>(std::max<size_t>(1, masks[i]->NumPixels())));
-  });
-  if (!any) throw InputError("the selection reaches no view");
-  const double sum = std::accumulate(covered.begin(), covered.end(), 0.0);
-  result->mean_coverage = sum / static_cast<double>(result->masks.size());
-}
-
 }  // namespace
 
 Mask RenderShares(Renderer& renderer, const PosedCamera& view, const std::vector<float>& shares,
@@ -543,7 +488,7 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
                             const GaussianGraph* graph, const std::vector<const View*>& wanted,
                             const std::vector<PosedCamera>& added) {
   options.Check();
-  CheckInput(cloud, painted, views);
+  CheckProjection(cloud, painted, views);
   ProjectedMasks result;
   const bool lifts = options.kind == ProjectorKind::kGaussians;
   const bool completes = graph && options.Completes() && !painted.empty();
@@ -634,7 +579,7 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
                    });
   }
   ShareMasks(reconstruction, all_masked, masked_views, &result.masks);
-  Finish(&result);
+  result.mean_coverage = MeanCoverage(result.masks);
   // A painted view shows its paint in any case; other views show Gaussians.
   const bool holds = lifts ? HoldsGaussians(result.shares) : HoldsPaint(painted, result);
   if (!painted.empty() && !holds) {
