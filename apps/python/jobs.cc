@@ -6,6 +6,7 @@
 #include "arrays.h"
 #include "calls.h"
 #include "colmap_io/nerfstudio.h"
+#include "pipeline/edit_checks.h"
 #include "pipeline/edit_run.h"
 #include "pipeline/job_file.h"
 #include "results.h"

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/ranks.h"
 #include "base/run_clock.h"
+#include "pipeline/edit_checks.h"
 #include "pipeline/edit_run.h"
 #include "retint/common.h"
 #include "retint/help.h"

@@ -6,7 +6,7 @@
 #include "base/files.h"
 #include "base/ranks.h"
 #include "base/staged_output.h"
-#include "pipeline/edit_run.h"
+#include "pipeline/edit_checks.h"
 #include "reporting/export.h"
 #include "reporting/export_photos.h"
 #include "retint/common.h"

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/ranks.h"
+#include "pipeline/edit_checks.h"
 #include "pipeline/edit_run.h"
 #include "pipeline/job_file.h"
 #include "retint/common.h"

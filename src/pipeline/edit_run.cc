@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <future>
-#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
@@ -14,10 +13,10 @@
 #include "base/ranks.h"
 #include "base/run_clock.h"
 #include "colmap_io/image_io.h"
-#include "colmap_io/mask_names.h"
 #include "editing/compare_pictures.h"
 #include "editing/finer_session.h"
 #include "opening/scene_check.h"
+#include "pipeline/edit_checks.h"
 #include "pipeline/edit_outputs.h"
 #include "pipeline/stage_files.h"
 #include "pipeline/stage_keys.h"
@@ -29,7 +28,6 @@
 #include "scene/mask_pixels.h"
 #include "selecting/paint_held.h"
 #include "splat_io/splat_io.h"
-#include "splat_io/streamed_sog.h"
 
 namespace retint {
 namespace {
@@ -47,31 +45,6 @@ std::vector<std::string> PicturesOf(const ColorEdit& edit) {
 
 }  // namespace
 
-void CheckOutputs(const EditRecipe& recipe) {
-  if (!CurrentRanks().IsRoot()) return;
-  const EditOutputs& outputs = recipe.outputs;
-  for (const fs::path& splat : outputs.splats) {
-    CodecForWriting(splat);
-    CheckOutput(splat);
-  }
-  for (const fs::path& file :
-       {outputs.report, outputs.page, outputs.comparison, outputs.finer_splat}) {
-    if (!file.empty()) CheckOutput(file);
-  }
-  for (const fs::path& folder :
-       {outputs.masks, outputs.views, outputs.photos, outputs.stages, outputs.session}) {
-    if (!folder.empty()) CheckOutput(folder, /*as_folder=*/true);
-  }
-  if (!outputs.session.empty()) SessionWriter(outputs.session).CheckFolder();
-  std::error_code ignored;
-  for (const auto& [folder, name] :
-       {std::pair(outputs.stages, "the stages is the workspace, whose masks it"),
-        std::pair(outputs.photos, "the edited photos is the workspace, whose photos it")}) {
-    CheckOption(!fs::equivalent(folder, recipe.workspace, ignored),
-                "the folder of " + std::string(name) + " would replace: name another folder");
-  }
-}
-
 EditRun::EditRun(const EditRecipe& recipe, SceneSource& scene, StageCache& cache,
                  EditObserver observer)
     : recipe_(recipe),
@@ -85,9 +58,9 @@ EditRun::EditRun(const EditRecipe& recipe, SceneSource& scene, StageCache& cache
     if (!missing.empty() && observer_.warning) observer_.warning(missing);
   }
   try {
-    CheckParts();
+    CheckSteps(recipe_, scene_);
     // Flags have been checked by their own names.
-    if (!recipe_.file.empty()) PlanOutputs();
+    if (!recipe_.file.empty()) PlanOutputs(recipe_, scene_, inputs_);
     for (const RegionRecipe& region : recipe.regions) {
       plans_.push_back(ReadRegion(region));
       refines_ = refines_ || region.refine;
@@ -98,68 +71,6 @@ EditRun::EditRun(const EditRecipe& recipe, SceneSource& scene, StageCache& cache
   }
   outcomes_.resize(plans_.size());
   if (keeps_stages_) AddKeys();
-}
-
-void EditRun::CheckParts() const {
-  const EditOutputs& outputs = recipe_.outputs;
-  const auto refines = [&] {
-    return std::ranges::any_of(recipe_.regions,
-                               [](const RegionRecipe& one) { return one.refine.has_value(); });
-  };
-  if (scene_.IsWhole()) {
-    for (const fs::path& splat : outputs.splats) {
-      CheckStreamedSog(splat, scene_.session().scene().original());
-      CheckOption(!IsStreamedSog(splat) || !refines(),
-                  splat.string() + ": a streamed SOG keeps its Gaussians, so none can be split");
-    }
-    return;
-  }
-  for (const fs::path& splat : outputs.splats) {
-    CheckOption(CodecForWriting(splat).Name() == "3DGS .ply",
-                "a splat that is opened in parts is written as a patched copy: " + splat.string() +
-                    " must be a 3DGS .ply");
-  }
-  for (const fs::path& folder :
-       {outputs.masks, outputs.views, outputs.photos, outputs.stages, outputs.session}) {
-    CheckOption(folder.empty(),
-                folder.string() + " needs all views of the scene, and it is opened in parts");
-  }
-  CheckOption(!refines(), "Gaussians are split of a splat that is opened whole");
-}
-
-// A splat may replace the scene's, and masks those of their own region, which are written as they
-// were read. No other output has the place of an input.
-void EditRun::PlanOutputs() {
-  const EditOutputs& outputs = recipe_.outputs;
-  const Pictures pictures = scene_.pictures();
-  inputs_.Add(recipe_.file);
-  for (const fs::path& splat : outputs.splats) {
-    inputs_.AllowSplat(splat);
-    inputs_.Plan("outputs.splats", splat);
-  }
-  for (const auto& [name, file] :
-       {std::pair("outputs.report", outputs.report), std::pair("outputs.report_html", outputs.page),
-        std::pair("outputs.comparison", outputs.comparison),
-        std::pair("outputs.finer_splat", outputs.finer_splat)}) {
-    if (!file.empty()) inputs_.Plan(name, file);
-  }
-  for (const fs::path& file :
-       PhotoExportFiles(scene_.workspace(), outputs.photos, outputs.mask_names)) {
-    inputs_.Plan("outputs.photos", file);
-  }
-  for (const UserPicture& picture : pictures.all()) {
-    if (!outputs.views.empty()) {
-      inputs_.Plan("outputs.views", ViewFile(outputs.views, picture.name));
-    }
-    for (const RegionRecipe& region : recipe_.regions) {
-      if (outputs.masks.empty()) continue;
-      const fs::path folder = outputs.masks / region.name,
-                     mask = MaskFile(folder, picture.name, outputs.mask_names);
-      std::error_code ignored;
-      if (fs::equivalent(folder, region.mask_folder, ignored)) inputs_.Allow(mask);
-      inputs_.Plan("outputs.masks", mask);
-    }
-  }
 }
 
 EditRun::RegionPlan EditRun::ReadRegion(const RegionRecipe& region) {

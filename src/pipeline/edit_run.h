@@ -54,10 +54,6 @@ struct EvaluationDetail {
   int row_step = 1;
 };
 
-// Before the scene is opened: RunError for outputs that could not be written, OptionError for
-// formats that cannot. Of several processes (base/ranks.h) the first asks.
-void CheckOutputs(const EditRecipe& recipe);
-
 class EditRun {
  public:
   // Reads and checks the masks and pictures of the recipe. InputError for masks that are no
@@ -99,8 +95,6 @@ class EditRun {
     bool is_painted = true;                     // its masks do not come from files
     bool has_cloud = false, has_masks = false;  // they were kept
   };
-  void CheckParts() const;
-  void PlanOutputs();
   RegionPlan ReadRegion(const RegionRecipe& region);
   void AddKeys();
   std::vector<EditStage> SelectionStages(const RegionPlan& plan) const;
