@@ -52,7 +52,8 @@ uint64_t DeviceOf(const fs::path& path) {
   return stat(path.c_str(), &info) == 0 ? info.st_dev : 0;
 }
 
-// The staged path in a message is of no use to anybody: names the target instead.
+// The staged path in a message is of no use to anybody: names the target instead. Of folders also
+// the paths below.
 [[noreturn]] void RethrowNaming(const RunError& error, const fs::path& staged,
                                 const fs::path& target) {
   std::string message = error.what();
@@ -141,14 +142,14 @@ void StagedOutput::Place(const fs::path& staged, const fs::path& target) {
 
 void StagedOutput::Add(const fs::path& target, const std::function<void(const fs::path&)>& write) {
   // A folder a file, so that writers see the name (and so the extension) that they were promised.
-  const fs::path staged = NextSlot(FollowLinks(target)) / target.filename();
+  const fs::path folder = NextSlot(FollowLinks(target)), staged = folder / target.filename();
   try {
     write(staged);
   } catch (const RunError& error) {
-    RethrowNaming(error, staged, target);
+    // Ending with slashes, so that an empty parent stays empty.
+    RethrowNaming(error, folder / "", target.parent_path() / "");
   }
   // Files written beside it, or in folders there, go beside it, and first.
-  const fs::path folder = staged.parent_path();
   std::error_code code;
   for (const fs::path& path : ListBelow(folder, &code)) {
     if (path == staged || !IsFile(path)) continue;
@@ -179,7 +180,10 @@ void StagedOutput::AddFolder(const fs::path& target,
 }
 
 void StagedOutput::Commit() {
-  for (const File& file : files_) InputGuard::Check(file.target);
+  for (const File& file : files_) {
+    InputGuard::Check(file.target);
+    CheckOutput(file.target);  // also files beside one that was checked before the work
+  }
   for (const File& file : files_) {
     std::error_code code;
     fs::create_directories(ParentOf(file.target), code);

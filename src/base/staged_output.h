@@ -33,8 +33,8 @@ void CheckApart(const std::vector<NamedFile>& written, const std::vector<NamedFi
 // before anything is in place, if a target is an input (base/input_guard.h).
 //
 // Each file is in place as a whole or not at all, but not all files together. If the program is
-// killed during Commit(), or Commit() fails (a folder has the name of a file), the first files are
-// new and the rest are old. Files beside a target come before it.
+// killed during Commit(), the first files are new and the rest are old. Files beside a target come
+// before it. Commit() does as CheckOutput() for each file before it places the first.
 class StagedOutput {
  public:
   StagedOutput() = default;

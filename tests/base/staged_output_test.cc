@@ -85,6 +85,33 @@ TEST(StagedOutput, ErrorsNameTheTargetAndLeaveNothing) {
   EXPECT_THAT(Tree(temp.path()), testing::IsEmpty());
 }
 
+TEST(StagedOutput, ErrorsNameFilesBesideTheTarget) {
+  TempFolder temp;
+  StagedOutput staged;
+  const auto fail = [](const fs::path& path) {
+    throw RunError((path.parent_path() / "part" / "a.webp").string() + ": disk full");
+  };
+  EXPECT_THAT([&] { staged.Add(temp / "out.json", fail); },
+              testing::ThrowsMessage<RunError>((temp / "part/a.webp").string() + ": disk full"));
+  EXPECT_THAT([&] { staged.Add("out.json", fail); },
+              testing::ThrowsMessage<RunError>("part/a.webp: disk full"));
+}
+
+TEST(StagedOutput, AFileInTheWayOfTheLastStopsAllBeforeTheFirst) {
+  TempFolder temp;
+  for (const char* name : {"a/old.txt", "b", "out.json"}) WriteFile(temp / name, "old");
+  StagedOutput staged;
+  staged.Add(temp / "out.json", [](const fs::path& path) {
+    for (const char* name : {"a/old.txt", "b/new.txt"}) WriteFile(path.parent_path() / name, "new");
+    WriteFile(path, "new");
+  });
+  EXPECT_THAT([&] { staged.Commit(); },
+              testing::ThrowsMessage<RunError>(testing::HasSubstr("b/new.txt: cannot write")));
+  for (const char* name : {"a/old.txt", "b", "out.json"}) {
+    EXPECT_EQ(ReadFile(temp / name), "old") << name;
+  }
+}
+
 TEST(StagedOutput, WhatAKilledProgramLeftIsPassedOver) {
   TempFolder temp;
   const std::string left = ".retint-" + std::to_string(getpid()) + "-";
