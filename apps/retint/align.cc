@@ -16,6 +16,7 @@
 #include "retint/help.h"
 #include "scene/transform.h"
 #include "splat_io/splat_io.h"
+#include "splat_io/streamed_sog.h"
 
 namespace retint::cli {
 namespace {
@@ -31,6 +32,10 @@ void AlignSplat(const Arguments& arguments, Run& run) {
   CheckOption(!scene.workspace.empty(), "a splat is aligned with a workspace: give its folder");
   if (!arguments.output.empty()) {
     CodecForWriting(arguments.output);
+    CheckOption(
+        !IsStreamedSog(arguments.output),
+        arguments.output.string() +
+            ": Retint does not move a streamed SOG. Use --transform, or write another format");
     CheckOutput(arguments.output);
   }
   if (!arguments.transform.empty()) CheckOutput(arguments.transform);

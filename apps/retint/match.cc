@@ -14,6 +14,7 @@
 #include "retint/help.h"
 #include "retint/results.h"
 #include "splat_io/splat_io.h"
+#include "splat_io/streamed_sog.h"
 
 namespace retint::cli {
 namespace {
@@ -46,6 +47,7 @@ void Match(const Arguments& arguments, Run& run) {
     request.like = &like;
   }
   const auto session = OpenSession(arguments.scene, arguments.holdout, run);
+  CheckStreamedSog(arguments.output, session->scene().original());
   if (!request.like) WarnOfMissingPhotos(session->scene().workspace(), run);
   const SceneMatch match = MatchScene(*session, request, run.monitor());
   RefitJob job;

@@ -47,6 +47,7 @@ std::vector<GaussianModel> EditedLevels(const EditSession& session, Monitor& mon
   const int count = NumStreamedLevels(scene.original());
   for (int i = 1; i < count; ++i) {
     GaussianModel model = ReadStreamedLevel(scene.original(), i, monitor);
+    model.traits = scene.original().traits;  // as they were chosen
     levels.push_back(model);
     if (model.NumGaussians() == 0) continue;
     EditSession level(scene.WithModel(std::move(model), {}));

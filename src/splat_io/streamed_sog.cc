@@ -245,8 +245,8 @@ bool IsSlice(const FloatArray& part, const FloatArray& all, size_t first) {
 
 [[noreturn]] void FailOther(const fs::path& path) {
   throw OptionError(path.string() +
-                    ": a streamed SOG is written only with the Gaussians of the one that was "
-                    "opened: write another format");
+                    ": Retint writes a streamed SOG only with the Gaussians of the streamed SOG "
+                    "that it opened. Write another format, such as .sog");
 }
 
 void Copy(const fs::path& from, const fs::path& to) {
@@ -289,7 +289,7 @@ class Writer {
  private:
   [[noreturn]] void FailLevels() const {
     throw OptionError(path_.string() +
-                      ": the other levels of detail would keep their colors: write another format");
+                      ": the other levels of detail would keep their colors. Write another format");
   }
 
   // Those of the environment, which ends each of them, count for the finest.
@@ -356,9 +356,9 @@ GaussianModel StreamedSogCodec::Read(const fs::path& path, Monitor& monitor, Bad
   model.source.packed_format = kMark;
   model.source.packed.assign(source.begin(), source.end());
   if (index.levels() > 1) {
-    model.source.notes.push_back("of " + std::to_string(index.levels()) +
-                                 " levels of detail the finest is shown; an edit that is saved as "
-                                 "lod-meta.json is made in all of them");
+    model.source.notes.push_back("the splat has " + std::to_string(index.levels()) +
+                                 " levels of detail, and you see the finest; if you save an edit "
+                                 "as lod-meta.json, it is made in all of them");
   }
   return model;
 }
@@ -379,7 +379,8 @@ void CheckStreamedSog(const fs::path& path, const GaussianModel& model) {
   std::error_code code;
   if (fs::equivalent(fs::absolute(path).parent_path(), SourceOf(model).parent_path(), code)) {
     throw OptionError(path.string() +
-                      ": a streamed SOG is written into another folder than its own");
+                      ": Retint does not replace the streamed SOG that it opened. Name another "
+                      "folder");
   }
 }
 
