@@ -13,6 +13,7 @@
 #include "splat_io/sog_files.h"
 #include "tests/splat_io/ply_text.h"
 #include "tests/splat_io/random_scene.h"
+#include "tests/support/folder_contents.h"
 
 namespace retint {
 namespace {
@@ -57,15 +58,6 @@ class StreamedSogTest : public ::testing::Test {
     EXPECT_THAT(message, AllOf(HasSubstr("lod-meta.json"), Not(HasSubstr("\n"))));
     return message;
   }
-  // Every file below a folder.
-  static std::map<std::string, std::string> Contents(const fs::path& folder) {
-    std::map<std::string, std::string> contents;
-    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-      if (!entry.is_regular_file()) continue;
-      contents[entry.path().lexically_relative(folder).string()] = ReadFile(entry.path());
-    }
-    return contents;
-  }
 
   TempFolder folder_;
   const fs::path scene_ = folder_ / "scene", index_ = scene_ / "lod-meta.json";
@@ -107,7 +99,7 @@ TEST_F(StreamedSogTest, OlderFilesHaveNoVersionAndNoCounts) {
 
 TEST_F(StreamedSogTest, WithoutAnEditItIsACopy) {
   WriteSplat(out_, ReadSplat(index_));
-  EXPECT_EQ(Contents(folder_ / "out"), Contents(scene_));
+  EXPECT_EQ(FolderContents(folder_ / "out"), FolderContents(scene_));
 }
 
 TEST_F(StreamedSogTest, AnEditChangesColorsOfItsChunksOnly) {
@@ -123,7 +115,8 @@ TEST_F(StreamedSogTest, AnEditChangesColorsOfItsChunksOnly) {
   levels[1].sh[27 * 7 + 1] = -0.25F;
   WriteStreamedSog(out_, levels, monitor);
 
-  const std::map<std::string, std::string> was = Contents(scene_), is = Contents(folder_ / "out");
+  const std::map<std::string, std::string> was = FolderContents(scene_),
+                                           is = FolderContents(folder_ / "out");
   ASSERT_EQ(was.size(), is.size());
   for (const auto& [name, bytes] : was) {
     SCOPED_TRACE(name);
@@ -208,9 +201,9 @@ TEST_F(StreamedSogTest, IsWrittenOnlyWithItsOwnGaussians) {
   GaussianModel edited = all;
   edited.sh[3] = 0.5F;
   EXPECT_THAT(refusal(edited, out_), HasSubstr("other levels of detail"));
-  const auto was = Contents(scene_);
+  const auto was = FolderContents(scene_);
   EXPECT_THAT(refusal(all, index_), HasSubstr("another folder"));
-  EXPECT_EQ(Contents(scene_), was);
+  EXPECT_EQ(FolderContents(scene_), was);
 }
 
 TEST_F(StreamedSogTest, NamesDoNotLeadOutOfTheFolder) {
