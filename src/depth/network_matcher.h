@@ -23,8 +23,8 @@ namespace retint {
 // Keys: `values` is the range of the input: 255 (0 to 255), 1 (0 to 1), signed (-1 to 1), half
 // (-0.5 to 0.5), or imagenet (normalized as for ImageNet). `scale` is the factor from the output to
 // pixels; below 0 it changes the sign. `pad` replaces the 32. "provider=cpu" does not use CUDA.
-// Without `values` and `scale`, both are found by matching a test pair: a texture, and the same
-// shifted by 8 pixels.
+// Without `values` and `scale`, both are found by matching test pairs: a texture that is shifted by
+// 8 pixels, and small squares before a ground.
 //
 // A program reads a line "LEFT<tab>RIGHT<tab>OUTPUT" on its stdin: two PNG files, and a path
 // without an extension. It writes the disparity to OUTPUT.npy, OUTPUT.pfm or OUTPUT.png and answers

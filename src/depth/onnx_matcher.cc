@@ -49,8 +49,8 @@ int RoundUp(int value, int multiple) { return (value + multiple - 1) / multiple 
 
 // A pattern that looks the same from both cameras: noise of several sizes in three colors, in
 // [0, 255]. A network may be tested on a picture that has nothing to match; on this there is.
-Image8 TestTexture(int width, int height) {
-  cv::RNG random(8);
+Image8 TestTexture(int width, int height, uint64_t seed = 8) {
+  cv::RNG random(seed);
   cv::Mat sum(height, width, CV_32FC3, cv::Scalar::all(0));
   double total = 0;
   for (int cell = 3; cell <= 48; cell *= 2) {
@@ -71,6 +71,32 @@ Image8 ColumnsOf(const Image8& image, int first, int count) {
     std::copy_n(&image(first, y), size_t(count) * 3, &out(0, y));
   }
   return out;
+}
+
+// Near squares before a far ground. A network that gets other values than it expects may still see
+// a large plain shift, but it misses small things.
+constexpr int kNear = 12, kFar = 4, kSquare = 24;  // pixels
+
+bool IsOnSquare(int x, int y) { return x / kSquare % 2 == 1 && y / kSquare % 2 == 1; }
+
+// What the left camera sees of them, or the right one.
+Image8 TestSquares(cv::Size size, bool is_right) {
+  const Image8 near = TestTexture(size.width + kNear, size.height, 9);
+  const Image8 far = TestTexture(size.width + kNear, size.height);
+  Image8 seen(size.width, size.height);
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      const int x_near = is_right ? x + kNear : x, x_far = is_right ? x + kFar : x;
+      const bool on_square = IsOnSquare(x_near, y);
+      std::copy_n(on_square ? &near(x_near, y) : &far(x_far, y), 3, &seen(x, y));
+    }
+  }
+  return seen;
+}
+
+// Without the borders, which see less.
+cv::Rect InnerOf(cv::Size size) {
+  return {size.width / 4, size.height / 4, size.width / 2, size.height / 2};
 }
 
 class OnnxMatcher : public StereoMatcher {
@@ -102,7 +128,7 @@ class OnnxMatcher : public StereoMatcher {
   std::string Identity() const override {
     const std::lock_guard lock(mutex_);
     Open();
-    return model_->Identity();
+    return model_->Identity() + name_.SettingsText();
   }
 
  private:
@@ -259,16 +285,20 @@ class OnnxMatcher : public StereoMatcher {
     double spread = std::numeric_limits<double>::infinity();  // relative to the median
   };
 
+  cv::Size TestSize() const {
+    if (full_ != cv::Size()) return full_;
+    return {RoundUp(kProbeWidth, pad_), RoundUp(kProbeHeight, pad_)};
+  }
+
   Answer Ask(PixelValues values, int shift, const Monitor& monitor) const {
-    const cv::Size size = full_ != cv::Size()
-                              ? full_
-                              : cv::Size(RoundUp(kProbeWidth, pad_), RoundUp(kProbeHeight, pad_));
+    const cv::Size size = TestSize();
     const Image8 texture = TestTexture(size.width + shift, size.height);
     const ScalarImage found = Disparity(ColumnsOf(texture, 0, size.width),
                                         ColumnsOf(texture, shift, size.width), values, monitor);
-    std::vector<float> inner;  // borders see less
-    for (int y = size.height / 4; y < size.height * 3 / 4; ++y) {
-      for (int x = size.width / 4; x < size.width * 3 / 4; ++x) inner.push_back(found(x, y));
+    std::vector<float> inner;
+    const cv::Rect area = InnerOf(size);
+    for (int y = area.y; y < area.br().y; ++y) {
+      for (int x = area.x; x < area.br().x; ++x) inner.push_back(found(x, y));
     }
     Answer answer;
     answer.median = Median(inner);
@@ -277,19 +307,40 @@ class OnnxMatcher : public StereoMatcher {
     return answer;
   }
 
+  // Pixels by which the disparity of the squares' pair is off, on average. `factor`: from answers
+  // to pixels.
+  double ErrorOnSquares(PixelValues values, double factor, const Monitor& monitor) const {
+    const cv::Size size = TestSize();
+    const ScalarImage found =
+        Disparity(TestSquares(size, false), TestSquares(size, true), values, monitor);
+    const cv::Rect area = InnerOf(size);
+    double sum = 0;
+    for (int y = area.y; y < area.br().y; ++y) {
+      for (int x = area.x; x < area.br().x; ++x) {
+        const double error = factor * found(x, y) - (IsOnSquare(x, y) ? kNear : kFar);
+        sum += std::min(std::abs(error), double(kNear - kFar));
+      }
+    }
+    return sum / area.area();
+  }
+
   void Probe(const Monitor& monitor) const {
     constexpr double kMostSpread = 0.2;
     std::vector<PixelValues> candidates = {PixelValues::k255, PixelValues::k1, PixelValues::kSigned,
                                            PixelValues::kImageNet};
     if (values_) candidates = {*values_};
     Answer best;
+    double least = std::numeric_limits<double>::infinity();
     PixelValues values = candidates.front();
     std::string answers;
     for (const PixelValues candidate : candidates) {
       const Answer answer = Ask(candidate, kProbeShift, monitor);
       answers += fmt::format("{}{:.3g} with values={}", answers.empty() ? "" : ", ", answer.median,
                              NameOf(candidate));
-      if (answer.spread >= best.spread) continue;
+      if (answer.spread > kMostSpread) continue;
+      const double error = ErrorOnSquares(candidate, kProbeShift / answer.median, monitor);
+      if (error >= least) continue;
+      least = error;
       best = answer;
       values = candidate;
     }

@@ -82,7 +82,7 @@ class OnnxOutlines : public MaskNetwork {
   std::string Identity() const override {
     const std::lock_guard lock(mutex_);
     Open();
-    return model_->Identity();
+    return model_->Identity() + name_.SettingsText();
   }
 
  private:

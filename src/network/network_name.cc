@@ -27,6 +27,14 @@ bool TakeSetting(std::string* rest, std::map<std::string, std::string>* settings
 
 }  // namespace
 
+std::string NetworkName::SettingsText() const {
+  std::string all;
+  for (const auto& [key, value] : settings) {
+    if (key != "provider") all += (all.empty() ? " with " : ", ") + key + "=" + value;
+  }
+  return all;
+}
+
 double NetworkName::Number(const std::string& key, double otherwise, double least,
                            double most) const {
   const auto found = settings.find(key);

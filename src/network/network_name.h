@@ -17,6 +17,8 @@ struct NetworkName {
   std::map<std::string, std::string> settings;  // of onnx:
 
   bool IsProgram() const { return !command.empty(); }
+  // " with scale=-1, values=255": for identities, of which the device is another part.
+  std::string SettingsText() const;
   // OptionError unless the setting, if it is given, is a finite number in [least, most].
   double Number(const std::string& key, double otherwise, double least, double most) const;
   // OptionError unless the setting, if it is given, is one of `values`.

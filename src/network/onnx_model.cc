@@ -150,10 +150,7 @@ struct OnnxModel::State {
       const Owned<ort::CudaOptions> owned(device, api.release_cuda_options);
       Check(api.add_cuda(made, device), "");
       Check(api.create_session(runtime.env, file.c_str(), made, &session), "");
-    } catch (const InputError& error) {  // no driver or library; if it is the file, the CPU fails
-      // Without the name of the file in front of it.
-      const std::string fault = std::string(error.what()).substr(file.string().size() + 2);
-      provider = "CPU, because CUDA failed: " + fault;
+    } catch (const InputError&) {  // no driver or library; if it is the file, the CPU fails too
       return false;
     }
     provider = "CUDA";

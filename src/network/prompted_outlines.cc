@@ -64,7 +64,7 @@ class PromptedOutlines : public MaskNetwork {
   std::string Identity() const override {
     const std::lock_guard lock(mutex_);
     Open();
-    return encoder_->Identity() + " and " + decoder_->Identity();
+    return encoder_->Identity() + " and " + decoder_->Identity() + name_.SettingsText();
   }
 
  private:

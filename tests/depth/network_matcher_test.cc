@@ -16,8 +16,8 @@
 #include "base/files.h"
 #include "base/median.h"
 #include "depth/stereo_pairs.h"
-#include "network/onnx_model.h"
 #include "tests/support/data.h"
+#include "tests/support/onnx_test.h"
 #include "tests/support/onnx_writer.h"
 
 namespace retint {
@@ -56,7 +56,56 @@ struct Form {
   bool right_first = false;
 };
 
-// A cost volume of 16 disparities, blurred, and the soft minimum of it.
+constexpr int kCount = 16;  // disparities of the test networks
+
+// Blurred differences of two images, one channel for each disparity.
+std::string Costs(const std::string& left, const std::string& right, OnnxWriter* net) {
+  std::vector<std::string> costs;
+  for (int d = 0; d < kCount; ++d) {
+    std::string moved = right;
+    if (d > 0) {
+      moved = net->Node("Pad", {moved, net->Integers({0, 0, 0, d, 0, 0, 0, 0})});
+      moved =
+          net->Node("Slice", {moved, net->Integers({0}), net->Integers({-d}), net->Integers({3})});
+    }
+    const std::string difference = net->Node("Abs", {net->Node("Sub", {left, moved})});
+    const std::string mean =
+        net->Node("ReduceMean", {difference}, {{"axes", {1, 1}}, {"keepdims", {1}}});
+    costs.push_back(
+        net->Node("AveragePool", {mean}, {{"kernel_shape", {5, 5}}, {"pads", {2, 2, 2, 2}}}));
+  }
+  return net->Node("Concat", costs, {{"axis", {1}}});
+}
+
+// The disparity at the soft minimum of costs, times `answer`.
+std::string SoftMinimum(const std::string& costs, float factor, float answer, std::string output,
+                        OnnxWriter* net) {
+  std::vector<float> weights;
+  for (int d = 0; d < kCount; ++d) weights.push_back(answer * float(d));
+  const std::string scaled = net->Node("Mul", {costs, net->Floats({1}, {-factor})});
+  const std::string soft = net->Node("Softmax", {scaled}, {{"axis", {1}}});
+  return net->Node("Conv", {soft, net->Floats({1, kCount, 1, 1}, weights)}, {}, std::move(output));
+}
+
+// Sees details if its values are 0 to 255. If they are smaller, it answers with the shift that most
+// of the pair has, and even more evenly.
+std::string NetworkForDetails() {
+  OnnxWriter net;
+  for (const char* name : {"left", "right"}) net.Input(name, {1, 3, -1, -1});
+  const std::string costs = Costs("left", "right", &net);
+  const std::string whole = net.Node("ReduceMean", {costs}, {{"axes", {2, 3}}, {"keepdims", {1}}});
+  const std::string mean = net.Node("ReduceMean", {whole}, {{"axes", {1, 1}}, {"keepdims", {1}}});
+  const std::string prior =
+      net.Node("Mul", {net.Node("Div", {whole, mean}), net.Floats({1}, {10})});
+  const std::string details = net.Node("Relu", {net.Node("Sub", {costs, net.Floats({1}, {5})})});
+  const std::string found = SoftMinimum(net.Node("Add", {details, prior}), 1, 1, "", &net);
+  const std::string gray = net.Node("ReduceMean", {"left"}, {{"axes", {1, 1}}, {"keepdims", {1}}});
+  net.Node("Add", {found, net.Node("Mul", {gray, net.Floats({1}, {1e-3f})})}, {}, "disp");
+  net.Output("disp", {1, 1, -1, -1});
+  return net.File();
+}
+
+// The soft minimum of a cost volume.
 std::string StereoNetwork(const Form& form) {
   OnnxWriter net;
   const int per_input = form.inputs == 1 ? 2 * form.channels : form.channels;
@@ -76,44 +125,13 @@ std::string StereoNetwork(const Form& form) {
     images.assign(form.names.end() - 2, form.names.end());
   }
   if (form.right_first) std::swap(images[0], images[1]);
-  std::vector<std::string> costs;
-  std::vector<float> weights;
-  constexpr int kCount = 16;
-  for (int d = 0; d < kCount; ++d) {
-    std::string right = images[1];
-    if (d > 0) {
-      right = net.Node("Pad", {right, net.Integers({0, 0, 0, d, 0, 0, 0, 0})});
-      right = net.Node("Slice", {right, net.Integers({0}), net.Integers({-d}), net.Integers({3})});
-    }
-    const std::string difference = net.Node("Abs", {net.Node("Sub", {images[0], right})});
-    const std::string mean =
-        net.Node("ReduceMean", {difference}, {{"axes", {1, 1}}, {"keepdims", {1}}});
-    costs.push_back(
-        net.Node("AveragePool", {mean}, {{"kernel_shape", {5, 5}}, {"pads", {2, 2, 2, 2}}}));
-    weights.push_back(form.answer * float(d));
-  }
-  const std::string volume = net.Node("Concat", costs, {{"axis", {1}}});
-  const std::string scale = net.Floats({1}, {-255 / form.most});
-  const std::string soft = net.Node("Softmax", {net.Node("Mul", {volume, scale})}, {{"axis", {1}}});
-  net.Node("Conv", {soft, net.Floats({1, kCount, 1, 1}, weights)}, {}, "flow");
+  SoftMinimum(Costs(images[0], images[1], &net), 255 / form.most, form.answer, "flow", &net);
   net.Output("flow", {1, 1, form.height, form.width});
   return net.File();
 }
 
-class NetworkMatcher : public testing::Test {
+class NetworkMatcher : public OnnxTest {
  protected:
-  void SetUp() override {
-    const std::string path = Write("probe.onnx", StereoNetwork({}));
-    try {
-      OnnxModel(path, /*cpu_only=*/true);
-    } catch (const OptionError& error) {
-      GTEST_SKIP() << error.what();
-    }
-  }
-  std::string Write(const std::string& name, const std::string& bytes) {
-    WriteFile(folder_ / name, bytes);
-    return (folder_ / name).string();
-  }
   // Of the pair's inner pixels.
   double MedianDisparity(const std::string& network) {
     const auto matcher = MakeNetworkMatcher(network);
@@ -144,8 +162,6 @@ class NetworkMatcher : public testing::Test {
     ADD_FAILURE() << "nothing was found wrong";
     return "";
   }
-  TempFolder folder_;
-  Monitor monitor_;
   int count_ = 0;
 };
 
@@ -175,6 +191,23 @@ TEST_F(NetworkMatcher, FindsSignScaleAndValuesOfTheOutput) {
   EXPECT_NEAR(MedianOf({.answer = -1 / 128.0f, .most = 1}), kTrue, 0.3);
 }
 
+TEST_F(NetworkMatcher, FindsTheValuesWithWhichItSeesDetails) {
+  Image8 left = Seen(kWidth, kHeight, 0, 0), right = Seen(kWidth, kHeight, kTrue, 0);
+  constexpr int kPatch = 12;  // the disparity of a patch
+  const Image8 patch = Seen(kWidth, kHeight, 500, 0);
+  for (int y = 25; y < 45; ++y) {
+    for (int x = 40; x < 60; ++x) {
+      std::copy_n(&patch(x, y), 3, &left(x, y));
+      std::copy_n(&patch(x, y), 3, &right(x - kPatch, y));
+    }
+  }
+  const auto matcher = MakeNetworkMatcher("onnx:" + Write("details.onnx", NetworkForDetails()));
+  const ScalarImage found = matcher->Match(left, right, {0, 16}, monitor_).disparity;
+  // It is off by a thousandth of the values.
+  EXPECT_NEAR(found(50, 35), kPatch, 0.3);
+  EXPECT_NEAR(found(80, 10), kTrue, 0.3);
+}
+
 TEST_F(NetworkMatcher, TakesWhatIsGiven) {
   EXPECT_NEAR(MedianOf({.answer = 2}, ",values=255,scale=0.5,pad=1"), kTrue, kNear);
   EXPECT_NEAR(MedianOf({}, ",values=255,scale=2"), 2 * kTrue, 2 * kNear);
@@ -197,11 +230,11 @@ TEST_F(NetworkMatcher, MatchesVerticalPairs) {
 }
 
 TEST_F(NetworkMatcher, SaysWhatItIs) {
-  const auto matcher =
-      MakeNetworkMatcher("onnx:" + Write("named.onnx", StereoNetwork({})) + ",provider=cpu");
-  EXPECT_THAT(
-      matcher->Identity(),
-      testing::MatchesRegex("named.onnx \\(xxh64 [0-9a-f]{16}, ONNX Runtime [0-9.]+, CPU\\)"));
+  const auto matcher = MakeNetworkMatcher("onnx:" + Write("named.onnx", StereoNetwork({})) +
+                                          ",values=255,provider=cpu,scale=2");
+  EXPECT_THAT(matcher->Identity(),
+              testing::MatchesRegex("named.onnx \\(xxh64 [0-9a-f]{16}, ONNX Runtime [0-9.]+, "
+                                    "CPU\\) with scale=2, values=255"));
 }
 
 TEST_F(NetworkMatcher, RefusesFilesThatAreNoNetwork) {

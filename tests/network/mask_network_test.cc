@@ -9,9 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
-#include "base/files.h"
-#include "network/onnx_model.h"
-#include "tests/support/data.h"
+#include "tests/support/onnx_test.h"
 #include "tests/support/onnx_writer.h"
 
 namespace retint {
@@ -71,19 +69,8 @@ std::string Discs(const std::vector<float>& weights, int label_type = 1) {
   return net.File();
 }
 
-class MaskNetworkTest : public testing::Test {
+class MaskNetworkTest : public OnnxTest {
  protected:
-  void SetUp() override {
-    try {
-      OnnxModel(Write("probe.onnx", Encoder()), /*cpu_only=*/true);
-    } catch (const OptionError& error) {
-      GTEST_SKIP() << error.what();
-    }
-  }
-  std::string Write(const std::string& name, const std::string& bytes) {
-    WriteFile(folder_ / name, bytes);
-    return (folder_ / name).string();
-  }
   std::string Pair(const std::string& encoder, const std::string& decoder) {
     return "onnx:" + Write("encoder.onnx", encoder) + "," + Write("decoder.onnx", decoder);
   }
@@ -103,8 +90,6 @@ class MaskNetworkTest : public testing::Test {
     }
     return "nothing";
   }
-  TempFolder folder_;
-  Monitor monitor_;
 };
 
 const ObjectPrompt kPoint{.inside = {{30, 20}}};
@@ -217,17 +202,19 @@ TEST_F(MaskNetworkTest, EncodersMayTakeBytesWithTheChannelsLast) {
 }
 
 TEST_F(MaskNetworkTest, BothFilesAreNamed) {
-  const auto network = MakeMaskNetwork(Pair(Encoder(), Discs({0, -1, 1, 0, 0})) + ",provider=cpu");
+  const auto network =
+      MakeMaskNetwork(Pair(Encoder(), Discs({0, -1, 1, 0, 0})) + ",provider=cpu,values=1");
   constexpr const char* kOne = " \\(xxh64 [0-9a-f]{16}, ONNX Runtime [0-9.]+, CPU\\)";
-  EXPECT_THAT(network->Identity(),
-              MatchesRegex(std::string("encoder.onnx") + kOne + " and decoder.onnx" + kOne));
+  EXPECT_THAT(network->Identity(), MatchesRegex(std::string("encoder.onnx") + kOne +
+                                                " and decoder.onnx" + kOne + " with values=1"));
 }
 
 TEST_F(MaskNetworkTest, FaultsOfPromptedNetworksAreSentences) {
   const std::string decoder = Discs({0, -1, 1, 0, 0});
   EXPECT_THAT(Fault(Pair(Encoder(), decoder), {}),
               AllOf(HasSubstr("`point`"), HasSubstr("`rectangle`")));
-  EXPECT_THAT(Fault(Pair(decoder, decoder), kPoint), HasSubstr("has 5 inputs"));
+  EXPECT_THAT(Fault(Pair(decoder, Encoder()), kPoint), HasSubstr("has 5 inputs"));
+  EXPECT_THAT(Fault("onnx:" + Write("alone.onnx", decoder), kPoint), HasSubstr("has 5 inputs"));
   EXPECT_THAT(Fault(Pair(Encoder(), Encoder()), kPoint), HasSubstr("its input image is neither"));
   EXPECT_THAT(Fault(Pair(Encoder(), "no network"), kPoint), HasSubstr("is not a network"));
   EXPECT_THAT(
@@ -239,6 +226,12 @@ TEST_F(MaskNetworkTest, FaultsOfPromptedNetworksAreSentences) {
   net.Node("Identity", {"image_embeddings"}, {}, "masks");
   net.Output("masks", {1, 1, kSide, kSide});
   EXPECT_THAT(Fault(Pair(Encoder(), net.File()), kPoint), HasSubstr("is no decoder of SAM"));
+  OnnxWriter bad;
+  AddInputs(&bad);
+  const std::string zeros = bad.Node("Sub", {"image_embeddings", "image_embeddings"});
+  bad.Node("Div", {zeros, zeros}, {}, "masks");
+  bad.Output("masks", {1, 1, kSide, kSide});
+  EXPECT_THAT(Fault(Pair(Encoder(), bad.File()), kPoint), HasSubstr("not finite"));
 }
 
 // White squares at (10, 10) and (70, 20), of 20 pixels.
