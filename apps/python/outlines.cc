@@ -101,7 +101,6 @@ Mask MakeMask(PySession& self, const std::string& view, const py::object& inside
   if (!rectangle.is_none()) {
     const auto at = Numbers(rectangle, 4, 4, "rectangle");
     const Eigen::Vector2d a(at[0], at[1]), b(at[2], at[3]);
-    CheckOption(((a - b).cwiseAbs().array() >= 1).all(), "rectangle holds no pixel");
     request.prompt.rectangle = {a.cwiseMin(b), a.cwiseMax(b)};
   }
   request.inside = Strokes(self, inside, brush, picture, true);

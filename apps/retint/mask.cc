@@ -147,18 +147,12 @@ void CheckCrossings(const ViewMaskRequest& request, const StrokeFlag& inside,
 }
 
 // Which object the network outlines.
-ObjectPrompt ToPrompt(const Arguments& arguments, const UserPicture& view) {
-  const auto within = [&](const std::string& flag, const std::string& text, double x, double y) {
-    CheckOption(x >= 0 && y >= 0 && x < view.width && y < view.height,
-                fmt::format("{} {}: lies outside view {}, which is {}x{} pixels", flag, text,
-                            view.name, view.width, view.height));
-    return Eigen::Vector2d(x, y);
-  };
-  const auto points = [&](const std::string& flag, const std::vector<std::string>& values) {
+ObjectPrompt ToPrompt(const Arguments& arguments) {
+  const auto points = [](const std::string& flag, const std::vector<std::string>& values) {
     std::vector<Eigen::Vector2d> all;
     for (const std::string& value : values) {
       const auto at = Numbers(flag, value, 2, 2, "X,Y");
-      all.push_back(within(flag, value, at[0], at[1]));
+      all.emplace_back(at[0], at[1]);
     }
     return all;
   };
@@ -167,10 +161,7 @@ ObjectPrompt ToPrompt(const Arguments& arguments, const UserPicture& view) {
   prompt.outside = points("--point-outside", arguments.points_outside);
   if (arguments.rectangle.empty()) return prompt;
   const auto at = Numbers("--rectangle", arguments.rectangle, 4, 4, "X,Y,X,Y");
-  const auto a = within("--rectangle", arguments.rectangle, at[0], at[1]);
-  const auto b = within("--rectangle", arguments.rectangle, at[2], at[3]);
-  CheckOption(((a - b).cwiseAbs().array() >= 1).all(),
-              "--rectangle " + arguments.rectangle + ": holds no pixel");
+  const Eigen::Vector2d a(at[0], at[1]), b(at[2], at[3]);
   prompt.rectangle = {a.cwiseMin(b), a.cwiseMax(b)};
   return prompt;
 }
@@ -183,7 +174,7 @@ ViewMaskRequest ToRequest(const Arguments& arguments, const Pictures& pictures,
   request.snap_edge = arguments.snap;
   request.this_view_alone = arguments.alone;
   if (!arguments.network.empty()) request.network = MakeMaskNetwork(arguments.network);
-  request.prompt = ToPrompt(arguments, view);
+  request.prompt = ToPrompt(arguments);
   const StrokeFlag inside{kInside, arguments.inside, arguments.brush};
   const StrokeFlag outside{kOutside, arguments.outside, arguments.brush};
   if (!arguments.mask.empty()) {

@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "base/error.h"
 #include "opening/photo_paint.h"
 #include "scene/image_checks.h"
@@ -17,6 +19,23 @@
 
 namespace retint {
 namespace {
+
+// Points beside the view would name nothing.
+void CheckWithin(const ObjectPrompt& prompt, const UserPicture& picture) {
+  const auto check = [&](const auto& points, const char* what) {
+    for (const Eigen::Vector2d& at : points) {
+      CheckOption(at.x() >= 0 && at.y() >= 0 && at.x() < picture.width && at.y() < picture.height,
+                  fmt::format("{} {:g},{:g} lies outside view {}, which is {} pixels", what, at.x(),
+                              at.y(), picture.name, SizeText(picture.width, picture.height)));
+    }
+  };
+  check(prompt.inside, "the point");
+  check(prompt.outside, "the point");
+  if (!prompt.rectangle) return;
+  check(*prompt.rectangle, "the rectangle's corner");
+  const auto& [least, most] = *prompt.rectangle;
+  CheckOption(((most - least).array() >= 1).all(), "the rectangle holds no pixel");
+}
 
 Mask Scribbled(SelectionPipeline& selection, const UserPicture& picture,
                const ViewMaskRequest& request, const Strokes& strokes, const ViewLayers& layers,
@@ -44,8 +63,9 @@ Mask Selected(SelectionPipeline& selection, const UserPicture& picture,
   if (!request.mask.Empty()) return request.mask;
   if (request.network || !request.inside.Empty()) {
     Strokes strokes{request.inside, request.outside};
-    if (request.network)
+    if (request.network) {
       strokes = StrokesOf(*request.network, layers.color, strokes, request.prompt, monitor);
+    }
     return Scribbled(selection, picture, request, strokes, layers, monitor, asked);
   }
   if (request.wand) return MagicWand(layers, *request.wand);
@@ -111,6 +131,7 @@ Mask MakeViewMask(SelectionPipeline& selection, const UserPicture& picture,
                 "a mask of view " + picture.name + " is " + SizeText(drawn->width, drawn->height) +
                     ", the view is " + SizeText(picture.width, picture.height));
   }
+  CheckWithin(request.prompt, picture);
   const ViewLayers layers =
       LayersOf(selection.scene(), picture, selection.scene().original().sh, request.photo);
   Mask mask = Kept(request, layers, Selected(selection, picture, request, layers, monitor, asked));

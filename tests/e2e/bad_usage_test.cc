@@ -127,6 +127,18 @@ const Row kUsageRows[] = {
        return With(p, "mask",
                    {"--view", TinyView(), "--scribble", "-5,-5,-9,-9", "--output", p.Out("m.png")});
      }},
+    {"PointBesideTheView", 2, "the point -5,5 lies outside view",
+     [](Place& p) {
+       return With(p, "mask",
+                   {"--view", TinyView(), "--network", "exec:false", "--point=-5,5", "--output",
+                    p.Out("m.png")});
+     }},
+    {"RectangleWithoutAnArea", 2, "the rectangle holds no pixel",
+     [](Place& p) {
+       return With(p, "mask",
+                   {"--view", TinyView(), "--network", "exec:false", "--rectangle", "5,5,30,5",
+                    "--output", p.Out("m.png")});
+     }},
     {"StrokesThatCross", 2,
      "--scribble 60,60,100,60 and --scribble-outside 80,40,80,80 cross at pixel 7",
      [](Place& p) {
