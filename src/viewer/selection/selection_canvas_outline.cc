@@ -216,6 +216,7 @@ void SelectionCanvas::FindScribbled() {
   for (Scribble& scribble : scribbles_) {
     if (!scribble.found) scribble.gesture = gesture;
     if (scribble.object) {
+      if (!HasNetwork()) return;  // the preferences may have changed
       network = network_;
       const Eigen::Vector2d a = scribble.points.front(), b = scribble.points.back();
       if (scribble.points.size() > 1) {
