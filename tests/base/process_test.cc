@@ -91,6 +91,14 @@ bool IsRunning(pid_t pid) {
   return file && state != "Z" && state != "X";
 }
 
+// A process that is no child of this one cannot be waited for: its adopter reaps it.
+bool Ends(pid_t pid) {
+  for (int i = 0; i < 1000 && IsRunning(pid); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return !IsRunning(pid);
+}
+
 TEST_F(ProcessTest, CancellingEndsItAndWhatItStarted) {
   // It ignores SIGTERM, and so does its own child: both must go all the same.
   const auto program = Script(
@@ -107,11 +115,7 @@ TEST_F(ProcessTest, CancellingEndsItAndWhatItStarted) {
   user.join();
   for (const char* name : {"self", "child"}) {
     const pid_t pid = pid_t(std::stol(ReadFile(folder_ / name)));
-    // The child's child is reaped by whoever adopts it.
-    for (int i = 0; i < 1000 && IsRunning(pid); ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    EXPECT_FALSE(IsRunning(pid)) << name;
+    EXPECT_TRUE(Ends(pid)) << name;
   }
   EXPECT_THROW(RunProcess(program, {}, monitor_), Cancelled) << "not even started";
 }
@@ -179,10 +183,7 @@ TEST_F(ProcessTest, ItsEndIsNoticedAlthoughItsChildHoldsItsOutput) {
     EXPECT_THAT(error.what(), HasSubstr("ended with exit code 5 instead of an answer: gone"));
   }
   const pid_t pid = pid_t(std::stol(ReadFile(child)));
-  for (int i = 0; i < 1000 && IsRunning(pid); ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  EXPECT_FALSE(IsRunning(pid)) << "its child ends with it";
+  EXPECT_TRUE(Ends(pid)) << "its child ends with it";
 }
 
 TEST_F(ProcessTest, EndsWithItsInputAndIsKilledIfItDoesNot) {

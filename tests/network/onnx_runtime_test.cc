@@ -23,8 +23,7 @@ TEST(OnnxRuntime, ALibraryThatIsThereAndCannotBeLoadedIsNamed) {
   unsetenv("RETINT_ONNX_RUNTIME");
   setenv("VIRTUAL_ENV", folder.path().c_str(), 1);
   try {
-    LoadRuntime();
-    GTEST_SKIP() << "ONNX Runtime is where the loader finds it";
+    EXPECT_FALSE(LoadRuntime().version.empty()) << "another one works";
   } catch (const OptionError& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr((place / "libonnxruntime.so").string()));
     EXPECT_THAT(error.what(), testing::HasSubstr("RETINT_ONNX_RUNTIME"));

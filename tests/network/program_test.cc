@@ -31,6 +31,11 @@ class Program : public testing::Test {
                   "\ndone\n");
     return "exec sh " + (folder_ / "program.sh").string();
   }
+  // `body` is run for the first line only, and then "ok" is said; the others get answer.pfm.
+  std::string FirstOnly(const std::string& body) {
+    return Command("test -e once || { touch once; " + body +
+                   "; echo ok; continue; }\ncp answer.pfm $2.pfm; echo ok");
+  }
   ScalarImage Ask(const NetworkProgram& program) {
     const Image8 image(2, 1, 7);
     return program.Ask({&image}, monitor_);
@@ -59,9 +64,7 @@ TEST_F(Program, AnAnswerBeforeItsDeathCounts) {
 
 TEST_F(Program, StartsAgainAfterAWrongAnswer) {
   // Without another program, the second question would get the first one's "ok".
-  const NetworkProgram program(
-      Command("test -e once || { touch once; echo bananas; echo ok; continue; }\n"
-              "cp answer.pfm $2.pfm; echo ok"));
+  const NetworkProgram program(FirstOnly("echo bananas"));
   EXPECT_THAT(Fault(program), HasSubstr("answered 'bananas' instead of ok"));
   EXPECT_EQ(Ask(program)(1, 0), 2);
   EXPECT_EQ(Ask(program)(0, 0), 1);
@@ -69,9 +72,7 @@ TEST_F(Program, StartsAgainAfterAWrongAnswer) {
 }
 
 TEST_F(Program, StartsAgainAfterPixelsOfNoUse) {
-  const NetworkProgram program(
-      Command("test -e once || { touch once; echo Pf >$2.pfm; echo ok; continue; }\n"
-              "cp answer.pfm $2.pfm; echo ok"));
+  const NetworkProgram program(FirstOnly("echo Pf >$2.pfm"));
   EXPECT_THAT(Fault(program), HasSubstr("is not a .pfm file"));
   EXPECT_EQ(Ask(program)(1, 0), 2);
 }
