@@ -194,12 +194,21 @@ std::vector<float> RegionStore::SharesOf(const std::map<std::string, Mask>& mask
   return MaskShares(scene_.renderer(), targets, monitor);
 }
 
-std::vector<PaletteColor> RegionStore::MeasurePalette(RegionId id, int count) {
+std::vector<float> RegionStore::MeasurePixels(RegionId id) {
   const Region& region = Require(id);
   const auto index = static_cast<size_t>(&region - regions().regions.data());
-  return FindPalette(PixelsOfSelection(*region.selection, scene_.workspace(), scene_.renderer(),
-                                       ShAfter(regions(), index)),
-                     count);
+  return PixelsOfSelection(*region.selection, scene_.workspace(), scene_.renderer(),
+                           ShAfter(regions(), index));
+}
+
+ColorEdit RegionStore::MeasureEdit(RegionId id, const ColorEdit& edit) {
+  const Region& region = Require(id);
+  const auto index = static_cast<size_t>(&region - regions().regions.data());
+  return Completed(edit, regions(), index, *region.selection);
+}
+
+std::vector<PaletteColor> RegionStore::MeasurePalette(RegionId id, int count) {
+  return FindPalette(MeasurePixels(id), count);
 }
 
 std::vector<PaletteColor> RegionStore::MeasurePalette(const RegionSelection& selection, int count) {

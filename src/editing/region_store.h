@@ -50,6 +50,10 @@ class RegionStore {
   FloatArray ShAfter(const RegionSet& state, size_t count) const;
   // [N] m_g by the masks of the training views.
   std::vector<float> SharesOf(const std::map<std::string, Mask>& masks, Monitor& monitor);
+  // [P, 3]: pixels of a region as it is before its own edit, see PixelsOfSelection.
+  std::vector<float> MeasurePixels(RegionId id);
+  // `edit` for a region, with the colors that it lacks (WithMainColors). Changes no region.
+  ColorEdit MeasureEdit(RegionId id, const ColorEdit& edit);
   // Up to `count` main colors of a region as it is before its own edit, or of a selection in the
   // original scene, most frequent first. OptionError for a count out of range, see FindPalette.
   std::vector<PaletteColor> MeasurePalette(RegionId id, int count);

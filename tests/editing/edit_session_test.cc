@@ -495,6 +495,7 @@ TEST(EditSession, MeasuresTheMainColorOfARegion) {
   ASSERT_EQ(measured.operations.size(), 1U);
   EXPECT_EQ(measured.operations[0].Get("to")[2], 1);
   EXPECT_GE(measured.operations[0].Get("brightest")[0], 1);
+  EXPECT_EQ(session->store().MeasureEdit(region, edit), measured);
   // Measured after what comes before it in the list: gray here.
   edit.operations.insert(edit.operations.begin(), ColorOperation::Make(ColorOperationKind::kGray));
   session->store().Do(SetEdit{region, edit});

@@ -16,7 +16,6 @@
 #include <QVBoxLayout>
 
 #include "base/error.h"
-#include "editing/main_colors.h"
 #include "recolor/palette.h"
 #include "viewer/canvas/canvas.h"
 #include "viewer/canvas/contrast.h"
@@ -45,16 +44,6 @@ QIcon Swatch(const QColor& color, const QPalette& palette) {
   QIcon icon(picture);
   icon.addPixmap(picture, QIcon::Selected);
   return icon;
-}
-
-// [P, 3]: what a region looks like before its own edit.
-std::vector<float> PixelsOf(EditSession& session, RegionId id) {
-  const RegionSet& state = session.store().regions();
-  const Region* region = state.Find(id);
-  if (!region) return {};
-  const auto index = size_t(region - state.regions.data());
-  return PixelsOfSelection(*region->selection, session.scene().workspace(),
-                           session.scene().renderer(), session.store().ShAfter(state, index));
 }
 
 }  // namespace
@@ -188,7 +177,7 @@ void RegionsPanel::MeasureAhead() {
       [id = of->id](EditSession& session, Monitor&) -> Found {
         const ColorOperation recolor = NewOperation(ColorOperationKind::kRecolor, Qt::gray);
         try {
-          return WithMainColors({{recolor}, 1}, PixelsOf(session, id)).operations.front();
+          return session.store().MeasureEdit(id, {{recolor}, 1}).operations.front();
         } catch (const Error&) {
           return std::nullopt;  // the first color says what is wrong
         }
@@ -247,7 +236,11 @@ void RegionsPanel::BuildEditors() {
   connect(edit_, &EditPanel::pixelsWanted, this, [this] {
     const RegionId id = current_->id();
     controller_->Ask(
-        {}, [id](EditSession& session, Monitor&) { return PixelsOf(session, id); },
+        {},
+        [id](EditSession& session, Monitor&) {
+          const bool exists = session.store().regions().Find(id) != nullptr;  // not deleted since
+          return exists ? session.store().MeasurePixels(id) : std::vector<float>();
+        },
         [this, id](const std::vector<float>& pixels) { edit_->TakePixels(id, pixels); });
   });
   connect(canvas_, &Canvas::picked, edit_, &EditPanel::TakePicked);
