@@ -40,9 +40,10 @@ void Suggest(const Arguments& arguments, Run& run) {
               "projector=gaussians");
   if (!arguments.report.empty()) CheckOutput(arguments.report);
   const auto session = OpenSession(arguments.scene, 0, run);
-  SelectionSource source{.painted = ReadPaint(arguments.paint, session->scene().pictures()),
-                         .select = options.select,
-                         .projector = options.projector};
+  SelectionSource source;
+  source.painted = ReadPaint(arguments.paint, session->scene().pictures());
+  source.select = options.select;
+  source.projector = options.projector;
   session->selection().Select(source, run.monitor());
   const ProjectedMasks masks = session->selection().Project(source, run.monitor());
   std::vector<std::string> names;

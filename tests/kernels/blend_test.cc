@@ -224,7 +224,9 @@ TEST_P(BlendOp, DepthAlongRaysMatchesReference) {
     for (size_t p = 0; p < scene.pixels; ++p) {
       if (!(std::fabs(double(all[p]) - median[p]) < 1e-4)) ++flips;
       const size_t row = p / size_t(scene.view->camera().width) % kTileSize;
-      if (0x0421 >> row & 1) EXPECT_EQ(some[p], all[p]);
+      if (0x0421 >> row & 1) {
+        EXPECT_EQ(some[p], all[p]);
+      }
     }
     EXPECT_LE(double(flips), 1e-3 * double(scene.pixels));
   }

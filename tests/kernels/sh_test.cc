@@ -319,11 +319,16 @@ TEST_P(ShOp, EditsColorsAround) {
         }
       }
       for (size_t j = 0; j < block; ++j) {
-        if (share > 0) EXPECT_NEAR(out[g * block + j], expected[j], 5e-6) << k << " " << g;
-        if (share == 0) EXPECT_EQ(out[g * block + j], sh[g * block + j]);
+        if (share > 0) {
+          EXPECT_NEAR(out[g * block + j], expected[j], 5e-6) << k << " " << g;
+        } else {
+          EXPECT_EQ(out[g * block + j], sh[g * block + j]);
+        }
       }
     }
-    if (k == 16) EXPECT_GT(clamped, 0);
+    if (k == 16) {
+      EXPECT_GT(clamped, 0);
+    }
   }
 }
 

@@ -208,7 +208,9 @@ TEST(PaletteEditTest, BlackThatGetsLightLeavesOtherColorsTheirs) {
       const float was = OkLabFromSrgb(before.data()).lightness;
       const float to = OkLabFromSrgb(blue.data()).lightness;
       EXPECT_LT(lightness, to + (1 - to) * was + 0.02f) << gray;
-      if (palette.values.size() == kPairValues) EXPECT_GT(lightness, last) << gray;
+      if (palette.values.size() == kPairValues) {
+        EXPECT_GT(lightness, last) << gray;
+      }
       last = lightness;
     }
   }

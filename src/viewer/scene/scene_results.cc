@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "base/error.h"
 #include "base/staged_output.h"
 #include "colmap_io/image_io.h"
 #include "opening/scene_check.h"

@@ -39,9 +39,6 @@ bool SamePath(const std::filesystem::path& a, const std::filesystem::path& b) {
   return std::filesystem::equivalent(a, b, ignored);
 }
 QString Text(const std::filesystem::path& path) { return QString::fromStdString(path.string()); }
-QString Absolute(const std::filesystem::path& path) {
-  return path.empty() ? QString() : QFileInfo(Text(path)).absoluteFilePath();
-}
 
 // And in the menu: paths may be longer than a screen is wide.
 QString RecentLine(const QString& entry, const QFontMetrics& metrics) {

@@ -208,12 +208,12 @@ void MainWindow::GoToColor() {
 
 void MainWindow::AddPanels() {
   connect(current_, &CurrentRegion::changed, this, &MainWindow::ShowCloudOfCurrent);
-  RegionsPanel* regions_panel = regions_panel_ = new RegionsPanel(controller_, canvas_, current_);
-  connect(regions_panel, &RegionsPanel::paintWanted, this, &MainWindow::EnterSelection);
-  connect(pages_, &QStackedWidget::currentChanged, regions_panel,
-          [=, this] { regions_panel->SetSelecting(IsSelecting()); });
+  regions_panel_ = new RegionsPanel(controller_, canvas_, current_);
+  connect(regions_panel_, &RegionsPanel::paintWanted, this, &MainWindow::EnterSelection);
+  connect(pages_, &QStackedWidget::currentChanged, regions_panel_,
+          [this] { regions_panel_->SetSelecting(IsSelecting()); });
   auto* elsewhere = new ViewEditor(controller_, this);
-  connect(regions_panel, &RegionsPanel::elsewhereWanted, this, [this, elsewhere](bool photo) {
+  connect(regions_panel_, &RegionsPanel::elsewhereWanted, this, [this, elsewhere](bool photo) {
     const UserPicture* picture = canvas_->picture();
     if (!picture) {
       return Say(tr("Only training views are edited elsewhere: %1 goes to the nearest")
@@ -227,9 +227,9 @@ void MainWindow::AddPanels() {
     elsewhere->Start(current_->id(), picture->name,
                      photo ? TargetKind::kPhoto : TargetKind::kRender);
   });
-  connect(regions_panel, &RegionsPanel::splitWanted, this,
+  connect(regions_panel_, &RegionsPanel::splitWanted, this,
           [this] { SplitGaussians(current_->id()); });
-  connect(regions_panel, &RegionsPanel::masksWanted, this, &MainWindow::ExportMasks);
+  connect(regions_panel_, &RegionsPanel::masksWanted, this, &MainWindow::ExportMasks);
   connect(elsewhere, &ViewEditor::opened, this, [this](const QString& path) {
     Say(tr("%1 is open in another program. What you save there is taken over").arg(path));
   });
@@ -247,7 +247,7 @@ void MainWindow::AddPanels() {
   auto* selection_panel = new SelectionPanel(controller_, selection_, canvas_, current_);
   connect(selection_panel, &SelectionPanel::refused, this, &MainWindow::ShowError);
   QDockWidget* regions =
-      AddPanel("regions", tr("Regions"), Scrolling(regions_panel), Qt::RightDockWidgetArea);
+      AddPanel("regions", tr("Regions"), Scrolling(regions_panel_), Qt::RightDockWidgetArea);
   QDockWidget* optimizer =
       AddPanel("optimizer", tr("Optimizer"), Scrolling(optimizer_panel), Qt::RightDockWidgetArea);
   quality_ = new QualityPanel(controller_, canvas_, current_);
