@@ -22,6 +22,9 @@ std::string LabelOfStep(const Region& before, const ColorEdit& after) {
   // The first step that differs.
   const auto at = std::ranges::mismatch(now, old).in1;
   if (at->kind == ColorOperationKind::kRecolor) return "Recolor " + name;
+  if (const auto tone = Tone::Of(*at)) {
+    return (tone->kind == Tone::Kind::kCurve ? "Curves in " : "Levels in ") + name;
+  }
   if (at->kind == ColorOperationKind::kLut) return "LUT in " + name;
   std::string step = TypeOf(at->kind).name;
   std::ranges::replace(step, '_', ' ');

@@ -25,6 +25,10 @@ using Json = nlohmann::ordered_json;
 using Kind = ColorOperationKind;
 using Form = ColorParameter::Form;
 
+// Keys of curves and levels, whose table follows from their points.
+constexpr std::pair<const char*, Tone::Kind> kTones[] = {{"curve", Tone::Kind::kCurve},
+                                                         {"levels", Tone::Kind::kLevels}};
+
 constexpr size_t kMostBytes = size_t{64} << 20;  // of an edit's file
 
 std::string EncodeFloats(const std::vector<float>& values) {
@@ -142,6 +146,37 @@ std::shared_ptr<const ColorTable> TableFromJson(const Json& json, const std::str
   return table;
 }
 
+std::shared_ptr<const ColorTable> ToneFromJson(const Json& json, Tone::Kind kind,
+                                               const std::string& where) {
+  if (!json.is_array()) throw OptionError(where + " is not a list of points");
+  Tone tone{kind, {}};
+  for (const Json& point : json) {
+    if (!point.is_array() || point.size() != 2 || !point[0].is_number() || !point[1].is_number()) {
+      throw OptionError(where + ": a point is not [in, out]");
+    }
+    tone.points.push_back({point[0].get<double>(), point[1].get<double>()});
+  }
+  try {
+    return tone.Table();
+  } catch (const OptionError& error) {
+    throw OptionError(where + ": " + error.what());
+  }
+}
+
+// A lookup table's colors: of a curve, of levels, of its values or of a file.
+std::shared_ptr<const ColorTable> LutFromJson(const Json& json, const std::string& where,
+                                              const std::filesystem::path& folder) {
+  for (const auto& [key, kind] : kTones) {
+    if (!json.contains(key)) continue;
+    if (json.contains("file") || json.contains("table") || json.contains("size") ||
+        (kind == Tone::Kind::kCurve && json.contains("levels"))) {
+      throw OptionError(where + "." + key + " stands for the whole table");
+    }
+    return ToneFromJson(json[key], kind, where + "." + key);
+  }
+  return TableFromJson(json, where, folder);
+}
+
 std::string JsonText(const Json& json, const char* key, const std::string& where) {
   const auto found = json.find(key);
   if (found == json.end() || !found->is_string()) {
@@ -257,6 +292,7 @@ ColorOperation OperationFromJson(const Json& json, const std::string& where,
   for (const auto& [key, value] : json.items()) {
     const bool of_table = key == "file" || key == "size" || key == "table";
     if (key == "op" || ((lut || picture) && of_table)) continue;
+    if (lut && (key == "curve" || key == "levels")) continue;
     if (picture && (key == "pictures" || key == "layers")) continue;
     const std::string place = where + "." + key;
     if (key == "strength") {
@@ -283,7 +319,7 @@ ColorOperation OperationFromJson(const Json& json, const std::string& where,
       throw OptionError(where + ": " + type->name + " needs " + Quoted(parameter.name));
     }
   }
-  if (lut) op.table = TableFromJson(json, where, folder);
+  if (lut) op.table = LutFromJson(json, where, folder);
   if (picture) PictureFromJson(json, where, folder, op);
   try {
     op.Check();
@@ -330,6 +366,11 @@ Json OperationToJson(const ColorOperation& op, bool with_tables) {
   }
   if (op.picture) PictureToJson(op, with_tables, json);
   if (!op.table || (op.picture && !with_tables)) return json;
+  if (const auto& tone = op.table->tone) {
+    Json& points = json[tone->kind == Tone::Kind::kCurve ? "curve" : "levels"];
+    for (const TonePoint& point : tone->points) points.push_back({point.in, point.out});
+    return json;
+  }
   const bool by_name = with_tables || op.table->file.empty();
   json["file"] = EscapeBytes(by_name ? op.table->name : Findable(op.table->file));
   if (with_tables) {

@@ -180,7 +180,7 @@ std::vector<float> IdentityGrid(int size) {
 }  // namespace
 
 bool ColorTable::operator==(const ColorTable& other) const {
-  return size == other.size && values == other.values && name == other.name;
+  return size == other.size && values == other.values && name == other.name && tone == other.tone;
 }
 
 void ColorTable::Check() const {

@@ -4,8 +4,11 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "recolor/tone.h"
 
 namespace retint {
 
@@ -15,8 +18,9 @@ inline constexpr int kMaxColorTableSize = 129;  // a side
 struct ColorTable {
   int size = 0;               // nodes a side, 2 to kMaxColorTableSize
   std::vector<float> values;  // [size, size, size, 3]: blue, green, red (fastest), RGB; finite
-  std::string name;           // of the file that it came from
+  std::string name;           // of the file that it came from; empty: of none
   std::filesystem::path file = {};  // where that is, absolute; empty: not known
+  std::optional<Tone> tone = {};    // whose table it is; none: of another
 
   // OptionError for a size out of range, a wrong number of values or one that is not finite.
   void Check() const;

@@ -281,6 +281,8 @@ TEST(EditSession, TheHistorySaysWhatWasDoneToAnEdit) {
   EXPECT_EQ(label(0.5F), "Change the strength of vase");
   edit.operations[0] = ColorOperation::Make(Kind::kRecolor, {1, 0, 0});
   EXPECT_EQ(label(0.5F), "Recolor vase");
+  edit.operations.push_back(ColorOperation::Lut(Tone::Neutral(Tone::Kind::kLevels).Table()));
+  EXPECT_EQ(label(0.5F), "Levels in vase");
 }
 
 TEST(EditSession, SharesAreComputedFromTheMasksWhereMissing) {

@@ -233,6 +233,46 @@ TEST(EditJsonTest, EveryOperationComesBackBitForBit) {
   EXPECT_THAT(EditToJson(edit, /*with_tables=*/false), HasSubstr("\"file\":\"film.cube\"}"));
 }
 
+// By their points, also where tables are left out.
+TEST(EditJsonTest, CurvesAndLevelsComeBack) {
+  const Tone curve{Tone::Kind::kCurve, {{0, 0.1}, {0.3, 0.123456}, {1, 0.9}}};
+  Tone levels = Tone::Neutral(Tone::Kind::kLevels);
+  levels.Move(0, {0.2, 0});
+  levels.Move(2, {0.8, 1});
+  levels.SetGamma(2);
+  ColorEdit edit;
+  for (const Tone& tone : {curve, levels}) {
+    edit.operations.push_back(ColorOperation::Lut(tone.Table()));
+  }
+  const std::string json = EditToJson(edit, /*with_tables=*/false);
+  EXPECT_EQ(json, EditToJson(edit, /*with_tables=*/true));
+  EXPECT_THAT(json, HasSubstr("\"curve\":[[0.0,0.1],[0.3,0.12346],[1.0,0.9]]}"));
+  EXPECT_THAT(json, HasSubstr("\"levels\":[[0.2,0.0],[0.35,0.5],[0.8,1.0]]}"));
+  const ColorEdit again = EditFromJson(json, "");
+  EXPECT_EQ(again, edit);
+  EXPECT_EQ(Tone::Of(again.operations[1])->kind, Tone::Kind::kLevels);
+  // 0.35 is a quarter of the way from 0.2 to 0.8, and the root of a quarter is a half.
+  EXPECT_NEAR(Tone::Of(again.operations[1])->At(0.35), 0.5, 1e-9);
+  EXPECT_NEAR(CompiledEdit(again).Apply(Vector3f::Ones()).x(), 1, 1e-5f);
+  EXPECT_NEAR(CompiledEdit(again).Apply(Vector3f::Zero()).x(), 0, 1e-5f);
+}
+
+TEST(EditJsonTest, RefusesCurvesThatAreNone) {
+  const auto fault = [](const std::string& keys) {
+    return FaultOf(R"({"operations": [{"op": "lut", )" + keys + "}]}");
+  };
+  EXPECT_THAT(fault(R"("curve": 1)"), HasSubstr("operations[0].curve is not a list of points"));
+  EXPECT_THAT(fault(R"("curve": [[0, 0], [1]])"), HasSubstr("a point is not [in, out]"));
+  EXPECT_THAT(fault(R"("curve": [[0, 0]])"), HasSubstr("a curve needs 2 to 16 points"));
+  EXPECT_THAT(fault(R"("curve": [[0, 0], [1, 2]])"), HasSubstr("a point is not from 0 to 1"));
+  EXPECT_THAT(fault(R"("curve": [[0, 0], [0.5, 1], [0.5, 0]])"), HasSubstr("0.01 apart"));
+  EXPECT_THAT(fault(R"("levels": [[0, 0], [1, 1]])"), HasSubstr("levels need 3 points"));
+  EXPECT_THAT(fault(R"("levels": [[0, 0], [0, 0], [1, 1]])"), HasSubstr("must ascend"));
+  EXPECT_THAT(fault(R"("levels": [[0.5, 0], [0.505, 0], [0.51, 1]])"), HasSubstr("0.02 apart"));
+  EXPECT_THAT(fault(R"("curve": [[0, 0], [1, 1]], "file": "a.cube")"),
+              HasSubstr("operations[0].curve stands for the whole table"));
+}
+
 // An image's or a file's name is bytes, a JSON text is UTF-8.
 TEST(EditJsonTest, NamesThatAreNotUtf8ComeBack) {
   const TempFolder temp;

@@ -96,6 +96,10 @@ class EditPagesTest : public EditPanelFixture {
     auto* graph = Find<ToneGraph>("curve_graph");
     QTRY_VERIFY_WITH_TIMEOUT(graph->HasHistogram(), kWaitMs);
     Keep(*window_, "curves");
+    // A click on a point changes nothing.
+    QTest::mouseClick(graph, Qt::LeftButton, {}, graph->PlaceOf({1, 1}).toPoint());
+    QVERIFY(Settle(Controller()));
+    QVERIFY(Edit().operations.empty());
     // A press on the line makes a point, which is dragged on: one step to undo.
     const auto at = [&](double in, double out) { return graph->PlaceOf({in, out}).toPoint(); };
     DragAlong(graph, {at(0.5, 0.5), at(0.5, 0.6), at(0.5, 0.75)});
@@ -159,7 +163,7 @@ class EditPagesTest : public EditPanelFixture {
     QVERIFY(Settle(Controller()));
     QVERIFY(std::abs(out(0) - 0.3F) < 1e-4F);
     graph->setFocus();
-    QTest::keyClick(graph, Qt::Key_PageDown);  // black
+    QTest::keyClick(graph, Qt::Key_PageUp);  // black
     QTest::keyClick(graph, Qt::Key_Left, Qt::ShiftModifier);
     QVERIFY(Settle(Controller()));
     QVERIFY(std::abs(Find<QDoubleSpinBox>("levels.black")->value() - 0.1) < 0.001);

@@ -13,9 +13,9 @@
 #include <QWidget>
 
 #include "recolor/color_operation.h"
+#include "recolor/tone.h"
 #include "recolor/white_balance.h"
 #include "viewer/panels/operation_views.h"
-#include "viewer/panels/tone.h"
 
 class QCheckBox;
 class QDoubleSpinBox;

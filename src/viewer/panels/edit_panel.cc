@@ -153,7 +153,7 @@ void EditPanel::BuildPages() {
           new AdjustPage);
   AddPage("curves", tr("Curves"), tr("Draw how bright dark, middle and light colors become"),
           new TonePage(Tone::Kind::kCurve));
-  AddPage("levels", tr("Levels"), tr("Choose what is black, middle and white"),
+  AddPage("levels", tr("Levels"), tr("Set black, middle and white"),
           new TonePage(Tone::Kind::kLevels));
   AddPage("grade", tr("Grade"), tr("Exposure, contrast, gamma, white balance, saturation"),
           new GradePage);

@@ -7,7 +7,7 @@
 #include <QCoreApplication>
 
 #include "kernels/common/color_spaces.h"
-#include "viewer/panels/tone.h"
+#include "recolor/tone.h"
 
 namespace retint {
 namespace {
@@ -115,7 +115,6 @@ QString Detail(const ColorOperation& op) {
       return Tr("of %1").arg(views.join(", "));
     }
     case Kind::kLut:
-      if (Tone::Of(op)) return {};
       return op.table ? QString::fromStdString(op.table->name) : QString();
     default:
       return {};

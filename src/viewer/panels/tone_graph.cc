@@ -29,11 +29,12 @@ ToneGraph::ToneGraph(Tone::Kind kind, QWidget* parent)
   setCursor(Qt::CrossCursor);
   const bool levels = is_levels();
   setAccessibleName(levels ? tr("Levels") : tr("Curve"));
-  setToolTip(levels ? tr("Drag black, middle and white below the histogram of the region (arrows; "
-                         "Page Up and Page Down: the next)")
-                    : tr("From dark to light, in below and out at the left, over the histogram of "
-                         "the region. Click to add a point and drag it; Del takes it away (arrows "
-                         "move it; Page Up and Page Down: the next)"));
+  setToolTip(levels
+                 ? tr("Drag black, middle and white below the histogram of the region (arrows; "
+                      "Page Up and Page Down: the next)")
+                 : tr("Brightness before at the bottom, after at the left, over the histogram of "
+                      "the region. Click to add a point and drag it; Del takes it away (arrows "
+                      "move it; Page Up and Page Down: the next)"));
 }
 
 void ToneGraph::SetTone(const Tone& tone) {
@@ -51,14 +52,14 @@ QRectF ToneGraph::Frame() const {
   return QRectF(rect()).adjusted(kMargin, kMargin, -kMargin, -kMargin - (is_levels() ? kStrip : 0));
 }
 
-QPointF ToneGraph::PlaceOf(QPointF point) const {
+QPointF ToneGraph::PlaceOf(TonePoint point) const {
   const QRectF frame = Frame();
-  const double x = frame.left() + point.x() * frame.width();
+  const double x = frame.left() + point.in * frame.width();
   if (is_levels()) return {x, frame.bottom() + kStrip / 2};
-  return {x, frame.bottom() - point.y() * frame.height()};
+  return {x, frame.bottom() - point.out * frame.height()};
 }
 
-QPointF ToneGraph::PointAt(QPointF place) const {
+TonePoint ToneGraph::PointAt(QPointF place) const {
   const QRectF frame = Frame();
   return {(place.x() - frame.left()) / frame.width(),
           (frame.bottom() - place.y()) / frame.height()};
@@ -85,31 +86,30 @@ void ToneGraph::SetCurrent(size_t point) {
   Q_EMIT currentChanged();
 }
 
-void ToneGraph::Insert(QPointF point) {
-  constexpr size_t kMost = 16;
+bool ToneGraph::Insert(TonePoint point) {
   auto& points = tone_.points;
   const auto at =
-      std::ranges::find_if(points, [&](const QPointF& one) { return one.x() > point.x(); });
-  if (at == points.begin() || at == points.end() || points.size() >= kMost) return;
-  if (at->x() - point.x() < Tone::kLeastGap || point.x() - std::prev(at)->x() < Tone::kLeastGap)
-    return;
+      std::ranges::find_if(points, [&](const TonePoint& one) { return one.in > point.in; });
+  if (at == points.begin() || at == points.end()) return false;
+  const double gap = std::min(at->in - point.in, point.in - std::prev(at)->in);
+  if (gap < Tone::kLeastGap || points.size() >= Tone::kMostPoints) return false;
   const auto index = size_t(at - points.begin());
-  points.insert(at, {point.x(), std::clamp(point.y(), 0.0, 1.0)});
+  points.insert(at, {point.in, std::clamp(point.out, 0.0, 1.0)});
   current_ = index;
+  update();
   Q_EMIT currentChanged();
+  return true;
 }
 
 void ToneGraph::AddPoint() {
   const auto& points = tone_.points;
   size_t widest = 1;
-  const auto width = [&](size_t i) { return points[i].x() - points[i - 1].x(); };
+  const auto width = [&](size_t i) { return points[i].in - points[i - 1].in; };
   for (size_t i = 2; i < points.size(); ++i) {
     if (width(i) > width(widest)) widest = i;
   }
-  const double x = (points[widest].x() + points[widest - 1].x()) / 2;
-  Insert({x, tone_.At(x)});
-  update();
-  Q_EMIT changed(false);
+  const double x = (points[widest].in + points[widest - 1].in) / 2;
+  if (Insert({x, tone_.At(x)})) Q_EMIT changed(false);
 }
 
 void ToneGraph::RemovePoint() {
@@ -120,34 +120,37 @@ void ToneGraph::RemovePoint() {
   Q_EMIT changed(false);
 }
 
+void ToneGraph::MoveCurrent(TonePoint to, bool dragging) {
+  const Tone old = tone_;
+  tone_.Move(current_, to);
+  if (tone_ == old) return;
+  moved_ = true;
+  update();
+  Q_EMIT changed(dragging);
+}
+
 // ---- Input
 
 void ToneGraph::mousePressEvent(QMouseEvent* event) {
   if (event->button() != Qt::LeftButton) return;
   const double everywhere = std::numeric_limits<double>::max();
   const int nearest = Nearest(event->position(), is_levels() ? everywhere : kGrab);
-  dragging_ = true;
+  moved_ = nearest < 0 && Insert(PointAt(event->position()));
+  dragging_ = nearest >= 0 || moved_;
   if (nearest >= 0) return SetCurrent(size_t(nearest));
-  const size_t count = tone_.points.size();
-  Insert(PointAt(event->position()));
-  dragging_ = tone_.points.size() > count;
-  update();
-  if (dragging_) Q_EMIT changed(true);
+  if (moved_) Q_EMIT changed(true);
 }
 
 void ToneGraph::mouseMoveEvent(QMouseEvent* event) {
   if (!dragging_ || !(event->buttons() & Qt::LeftButton)) return;
-  QPointF to = PointAt(event->position());
-  if (is_levels()) to.setY(tone_.points[current_].y());
-  const Tone old = tone_;
-  tone_.Move(current_, to);
-  update();
-  if (old.points != tone_.points) Q_EMIT changed(true);
+  TonePoint to = PointAt(event->position());
+  if (is_levels()) to.out = tone_.points[current_].out;
+  MoveCurrent(to, true);
 }
 
 void ToneGraph::mouseReleaseEvent(QMouseEvent* event) {
   if (event->button() != Qt::LeftButton || !std::exchange(dragging_, false)) return;
-  Q_EMIT changed(false);
+  if (moved_) Q_EMIT changed(false);
 }
 
 void ToneGraph::mouseDoubleClickEvent(QMouseEvent* event) {
@@ -156,32 +159,31 @@ void ToneGraph::mouseDoubleClickEvent(QMouseEvent* event) {
 
 void ToneGraph::keyPressEvent(QKeyEvent* event) {
   const double step = event->modifiers() & Qt::ShiftModifier ? kFarStep : kStep;
-  QPointF to = tone_.points[current_];
+  const size_t count = tone_.points.size();
+  TonePoint to = tone_.points[current_];
   switch (event->key()) {
     case Qt::Key_Left:
-      to.rx() -= step;
+      to.in -= step;
       break;
     case Qt::Key_Right:
-      to.rx() += step;
+      to.in += step;
       break;
     case Qt::Key_Up:
-      to.ry() += step;
+      to.out += step;
       break;
     case Qt::Key_Down:
-      to.ry() -= step;
+      to.out -= step;
       break;
     case Qt::Key_PageUp:
-      return SetCurrent(std::min(current_ + 1, tone_.points.size() - 1));
+      return SetCurrent((current_ + count - 1) % count);
     case Qt::Key_PageDown:
-      return SetCurrent(current_ == 0 ? 0 : current_ - 1);
+      return SetCurrent((current_ + 1) % count);
     case Qt::Key_Delete:
       return RemovePoint();
     default:
       return QWidget::keyPressEvent(event);
   }
-  tone_.Move(current_, to);
-  update();
-  Q_EMIT changed(false);
+  MoveCurrent(to, false);
 }
 
 // ---- Drawing

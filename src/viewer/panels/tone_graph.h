@@ -6,7 +6,7 @@
 
 #include <QWidget>
 
-#include "viewer/panels/tone.h"
+#include "recolor/tone.h"
 
 namespace retint {
 
@@ -25,7 +25,7 @@ class ToneGraph : public QWidget {
   void AddPoint();         // in the widest gap, by the user
   void RemovePoint();
 
-  QPointF PlaceOf(QPointF point) const;  // in the widget, of a point of the tone
+  QPointF PlaceOf(TonePoint point) const;  // in the widget, of a point of the tone
   QSize sizeHint() const override { return {180, 150}; }
   QSize minimumSizeHint() const override { return {120, 110}; }
 
@@ -44,17 +44,18 @@ class ToneGraph : public QWidget {
  private:
   bool is_levels() const { return tone_.kind == Tone::Kind::kLevels; }
   QRectF Frame() const;  // of the curve
-  QPointF PointAt(QPointF place) const;
+  TonePoint PointAt(QPointF place) const;
   int Nearest(QPointF place, double within) const;  // -1: none
   void SetCurrent(size_t point);
-  void Insert(QPointF point);
+  bool Insert(TonePoint point);  // false: no room for it
+  void MoveCurrent(TonePoint to, bool dragging);
   void PaintHistogram(QPainter& painter) const;
   void PaintHandles(QPainter& painter) const;
 
   Tone tone_;
   std::vector<float> bins_;
   size_t current_ = 0;
-  bool dragging_ = false;
+  bool dragging_ = false, moved_ = false;  // moved_: while it was dragged
 };
 
 }  // namespace retint

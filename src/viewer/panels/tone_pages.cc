@@ -4,6 +4,7 @@
 #include <QToolButton>
 #include <QVBoxLayout>
 
+#include "recolor/lut.h"
 #include "viewer/panels/edit_pages.h"
 #include "viewer/panels/parameter_row.h"
 #include "viewer/panels/tone_graph.h"
@@ -67,21 +68,21 @@ void TonePage::AddLevels() {
     const double initial = point == 0 ? 0 : 1;
     add(
         name, text, tip, {0, 1, 0, 1, 0.01, initial},
-        [=](const Tone& tone) { return out ? tone.points[point].y() : tone.points[point].x(); },
+        [=](const Tone& tone) { return out ? tone.points[point].out : tone.points[point].in; },
         [=](Tone& tone, double value) {
-          const QPointF old = tone.points[point];
-          tone.Move(point, out ? QPointF(old.x(), value) : QPointF(value, old.y()));
+          TonePoint to = tone.points[point];
+          (out ? to.out : to.in) = value;
+          tone.Move(point, to);
         });
   };
-  place("levels.black", tr("Black"), tr("What is darker becomes as dark as Darkest"), 0, false);
+  place("levels.black", tr("Black"), tr("Darker colors become as dark as Darkest"), 0, false);
   add(
       "levels.middle", tr("Middle"), tr("Above 1: brighter between black and white"),
       {0.1, 10, 0.1, 10, 0.05, 1, true}, [](const Tone& tone) { return tone.gamma(); },
       [](Tone& tone, double value) { tone.SetGamma(value); });
-  place("levels.white", tr("White"), tr("What is brighter becomes as bright as Brightest"), 2,
-        false);
-  place("levels.low", tr("Darkest"), tr("What black becomes"), 0, true);
-  place("levels.high", tr("Brightest"), tr("What white becomes"), 2, true);
+  place("levels.white", tr("White"), tr("Brighter colors become as bright as Brightest"), 2, false);
+  place("levels.low", tr("Darkest"), tr("How bright black becomes"), 0, true);
+  place("levels.high", tr("Brightest"), tr("How bright white becomes"), 2, true);
   int width = 0;
   for (const Level& level : levels_) width = std::max(width, level.row->LabelWidth());
   for (const Level& level : levels_) level.row->SetLabelWidth(width);
@@ -100,7 +101,7 @@ void TonePage::Send(const Tone& tone, bool dragging) {
   if (old && tone.kind == Tone::Kind::kLevels && tone.IsNeutral() && !dragging) {
     return Q_EMIT removed(ColorOperationKind::kLut);
   }
-  ColorOperation operation = tone.Operation();
+  ColorOperation operation = ColorOperation::Lut(tone.Table());
   if (old) operation.strength = old->strength;
   Q_EMIT changed(operation, dragging);
 }
