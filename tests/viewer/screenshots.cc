@@ -24,6 +24,7 @@
 #include "colmap_io/image_io.h"
 #include "viewer/panels/edit_panel.h"
 #include "viewer/panels/operation_views.h"
+#include "viewer/panels/tone_graph.h"
 #include "viewer/selection/selection_mode.h"
 #include "viewer/selection/stroke_preview.h"
 #include "viewer/window/main_window.h"
@@ -142,6 +143,10 @@ class Photographer {
             })) {
           return false;
         }
+      }
+      if (mode == "curves") {
+        auto* graph = panel->findChild<ToneGraph*>("curve_graph");
+        if (!Wait([&] { return graph->HasHistogram(); })) return false;
       }
       QTest::qWait(300);
       shots_[mode] = panel->grab().toImage();

@@ -3,7 +3,6 @@
 // option changes.
 #include <cmath>
 
-#include <QApplication>
 #include <QCheckBox>
 #include <QComboBox>
 #include <QDialog>
@@ -16,6 +15,7 @@
 
 #include "editing/edit_options.h"
 #include "tests/viewer/viewer_scene.h"
+#include "viewer/panels/color_picker.h"
 #include "viewer/widgets/banner.h"
 
 namespace retint {
@@ -125,7 +125,7 @@ class SelectionPanelTest : public ViewerTest {
     QTRY_VERIFY_WITH_TIMEOUT(!window_->IsSelecting(), kWaitMs);
     Banner& banner = window_->banner();
     QVERIFY2(banner.text().startsWith("All of your paint is in"), qPrintable(banner.text()));
-    QVERIFY(!banner.isAncestorOf(QApplication::focusWidget()));
+    QVERIFY(Find<ColorSquare>("color_square")->hasFocus());  // and not the banner
     auto* small = banner.findChild<QToolButton*>("banner_picture");
     QTRY_VERIFY_WITH_TIMEOUT(small->isVisible(), kWaitMs);
     Keep(*window_, "verdict");
