@@ -15,7 +15,7 @@ set(retint_synthetic_names Displace kPi)
 set(retint_depth_names kMargin)
 set(retint_selection_names Candidate Each Features4 Mixture UsualDepth kGrain kKnownFraction kLeastVisible kLeastWeight
   kLogLimit kReach kSmoothness kStage kStrong kValley)
-set(retint_recolor_names Part Samples kLeastScale kMostBytes kMostSamples kReach kRounds kScales)
+set(retint_recolor_names Part Samples kMostBytes kMostSamples kReach kRounds)
 set(retint_opening_names Thinned)
 set(retint_editing_names kOverNoise)
 set(retint_reporting_names Row)

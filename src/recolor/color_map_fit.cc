@@ -25,8 +25,6 @@ constexpr int kRounds = 6;
 // cell's own pairs decide. In units of a pair's weight.
 constexpr double kFirstSmoothness = 30, kLastSmoothness = 0.3;
 constexpr double kSteadiness = 3e-3, kStay = 1e-6;
-constexpr double kLeastScale = 0.008;  // of the residuals: two steps of eight bits
-constexpr double kScales = 3;          // a pair this many scales off counts a quarter
 
 // The nodes and weights of TableColor at one color.
 struct Stencil {
@@ -131,11 +129,7 @@ class Fit {
       }
       residuals.push_back((found - change_.row(Eigen::Index(i))).norm());
     }
-    const double scale = kScales * std::max(1.4826 * Median(residuals), kLeastScale);
-    for (size_t i = 0; i < weights_.size(); ++i) {
-      const double ratio = residuals[i] / scale;
-      weights_[i] = 1 / ((1 + ratio * ratio) * (1 + ratio * ratio));
-    }
+    weights_ = RobustWeights(residuals);
   }
 
   ColorTable Table() const {
@@ -167,6 +161,17 @@ ColorTable FitColorTable(std::span<const float> before, std::span<const float> a
               std::pow(kLastSmoothness / kFirstSmoothness, double(round) / (kRounds - 1)));
   }
   return fit.Table();
+}
+
+std::vector<double> RobustWeights(const std::vector<double>& residuals) {
+  constexpr double kScales = 3;
+  constexpr double kLeastScale = 0.008;  // two steps of eight bits
+  const double scale = kScales * std::max(1.4826 * Median(residuals), kLeastScale);
+  std::vector<double> weights;
+  for (const double residual : residuals) {
+    weights.push_back(1 / std::pow(1 + std::pow(residual / scale, 2), 2));
+  }
+  return weights;
 }
 
 }  // namespace retint

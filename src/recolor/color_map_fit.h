@@ -3,6 +3,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "recolor/lut.h"
 
@@ -15,9 +16,13 @@ inline constexpr int kFittedTableSize = 17;  // nodes a side
 //     sum_i w_i |f(before_i) - after_i|^2 + smoothness * sum of squared second differences
 //     + steadiness * sum of squared first differences,
 // over its nodes. So it follows the pairs near them, and beyond them continues smoothly with the
-// same change. The weights w fall with the residual (Geman and McClure 1987, by iterated least
-// squares from a smooth start). So pairs that contradict most others, such as lettering on a graded
-// picture, do not count. Values are in [0, 1]. Needs at least one pair.
+// same change. The weights w are RobustWeights(), by iterated least squares from a smooth start. So
+// pairs that contradict most others, such as lettering on a graded picture, do not count. Values
+// are in [0, 1]. Needs at least one pair.
 ColorTable FitColorTable(std::span<const float> before, std::span<const float> after);
+
+// The weights of the pairs of a color map, in (0, 1], by their residuals >= 0 (Geman and McClure
+// 1987): a quarter at three robust standard deviations.
+std::vector<double> RobustWeights(const std::vector<double>& residuals);
 
 }  // namespace retint

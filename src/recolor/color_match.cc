@@ -29,10 +29,8 @@ constexpr std::string_view kNames[] = {"none", "exposure", "balance", "matrix", 
 constexpr double kOffset = 0.055, kPower = 2.4;  // of sRGB
 constexpr size_t kLeastPairs = 50;               // of a view
 constexpr int kRounds = 12;
-constexpr double kLeastScale = 0.008;  // of the residuals: two steps of eight bits
-constexpr double kScales = 3;          // a pair this many scales off counts a quarter
-constexpr double kRidge = 1e-4;        // of a matrix, towards the balance: where colors are few
-constexpr double kCounted = 0.9;       // of a view's cells, the better ones
+constexpr double kRidge = 1e-4;   // of a matrix, towards the balance: where colors are few
+constexpr double kCounted = 0.9;  // of a view's cells, the better ones
 constexpr size_t kMostTablePairs = 40000;
 // A freer map must be better by this, DeltaE00 and a share of the least error.
 constexpr double kBetter = 0.02, kBetterShare = 0.02;
@@ -99,11 +97,7 @@ Affine FitAffine(const Pairs& pairs, MatchMap map) {
     for (size_t i = 0; i < weights.size(); ++i) {
       residuals[i] = (fitted(pairs.from[i]) - pairs.to[i]).norm();
     }
-    const double scale = kScales * std::max(1.4826 * Median(residuals), kLeastScale);
-    for (size_t i = 0; i < weights.size(); ++i) {
-      const double ratio = residuals[i] / scale;
-      weights[i] = 1 / ((1 + ratio * ratio) * (1 + ratio * ratio));
-    }
+    weights = RobustWeights(residuals);
   }
   return fitted;
 }
