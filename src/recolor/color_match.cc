@@ -32,9 +32,10 @@ constexpr int kRounds = 12;
 constexpr double kRidge = 1e-4;   // of a matrix, towards the balance: where colors are few
 constexpr double kCounted = 0.9;  // of a view's cells, the better ones
 constexpr size_t kMostTablePairs = 40000;
-// A freer map must be better by this, DeltaE00 and a share of the least error.
+// A freer affine map must be better by this, DeltaE00 and a share of the least error.
 constexpr double kBetter = 0.02, kBetterShare = 0.02;
-constexpr double kDiffer = 0.06;  // stops: the spread of exposures that is more than noise
+constexpr double kTableBetter = 0.25;  // DeltaE00: a splat fitted to a table gets a part of it
+constexpr double kDiffer = 0.06;       // stops: the spread of exposures that is more than noise
 
 // y + kOffset = gain (x + kOffset) + offset.
 struct Affine {
@@ -317,11 +318,11 @@ ColorMatch Matcher::Match() {
     edits.push_back(EditOf(map, train));
     errors.push_back(ErrorsOf(edits.back()));
     match_.trials.push_back({map, ErrorOf(errors.back())});
-    least = std::min(least, match_.trials.back().error);
+    if (map != MatchMap::kTable) least = std::min(least, match_.trials.back().error);
   }
   const double enough = least + std::max(kBetter, kBetterShare * least);
   size_t chosen = edits.size() - 1;
-  if (!options_.map) {
+  if (!options_.map && match_.trials.back().error > least - kTableBetter) {
     chosen = 0;
     while (match_.trials[chosen].error > enough) ++chosen;
   }
@@ -373,8 +374,8 @@ std::vector<std::string> SentencesOf(const ColorMatch& match, std::string_view t
                          StopsText(match.gray_stops), NameOf(match.map)));
   if (match.exposures_differ) {
     sentences.push_back(fmt::format(
-        "{0} have a different exposure each, with a standard deviation of {1:.2f} stops; that is "
-        "no drift of the splat, so each one's own difference was taken off first",
+        "the views of {0} have a different exposure each, with a standard deviation of {1:.2f} "
+        "stops; that is no drift of the splat, so each one's own difference was taken off first",
         target, match.spread));
   }
   return sentences;

@@ -73,8 +73,9 @@ struct ColorMatch {
 
 // The map that takes `from` to `to`, fitted to the views that are not held out. Pairs that
 // contradict most others, such as a moved object, do not count (Geman and McClure 1987, by iterated
-// least squares). Of the maps the plainest is chosen that comes close to the least error in the
-// views that are held out. InputError where fewer than two views have pairs, or the reference none.
+// least squares). Of the affine maps the plainest is chosen that comes close to their least error
+// in the held-out views. A table must be better by 0.25. InputError if fewer than two views have 50
+// pairs, or the reference has fewer.
 ColorMatch MatchColors(std::span<const MatchView> views, const MatchOptions& options);
 
 // What is found, a sentence each. `target`: "the photos".
