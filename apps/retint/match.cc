@@ -48,10 +48,15 @@ void Match(const Arguments& arguments, Run& run) {
   }
   const auto session = OpenSession(arguments.scene, arguments.holdout, run);
   CheckStreamedSog(arguments.output, session->scene().original());
-  if (!request.like) WarnOfMissingPhotos(session->scene().workspace(), run);
   const SceneMatch match = MatchScene(*session, request, run.monitor());
-  RefitJob job;
-  ApplyMatch(*session, match.colors, job, run.monitor());
+  const size_t views = session->scene().views().size(), compared = match.colors.views.size();
+  if (compared < views) {
+    run.Warn(
+        fmt::format("{} of {} views do not count: they have no photo, or too few pixels that "
+                    "can be compared",
+                    views - compared, views));
+  }
+  ApplyMatch(*session, match.colors, {}, run.monitor());
   const std::string target =
       request.like ? arguments.like.filename().string() : std::string("the photos");
   const std::vector<std::string> sentences = SentencesOf(match.colors, target);

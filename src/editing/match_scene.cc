@@ -5,12 +5,13 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <utility>
 
 #include <fmt/format.h>
-#include <Eigen/LU>
+#include <opencv2/imgproc.hpp>
 
 #include "base/error.h"
 #include "base/median.h"
@@ -27,11 +28,12 @@ constexpr int kCells = 128;         // along the longer side of a view
 constexpr float kOpaque = 0.95F;    // alpha
 constexpr float kClipped = 0.985F;  // of a photo
 constexpr float kSameDepth = 0.02F;
-constexpr double kValid = 0.9;  // of a cell's pixels
+constexpr double kSameFrame = 0.25;  // of the pixels that two splats cover, at the same depth
+constexpr double kValid = 0.9;       // of a cell's pixels
 
 // The pixels that are compared: 255.
-Mask ValidPixels(const RenderOutput& render, const Image& to) {
-  Mask valid(to.width, to.height);
+Mask ValidPixels(const RenderOutput& render) {
+  Mask valid(render.rgb.width, render.rgb.height);
   for (size_t i = 0; i < valid.data.size(); ++i) {
     valid.data[i] = render.alpha.data[i] > kOpaque ? 255 : 0;
   }
@@ -46,11 +48,19 @@ void KeepUnclipped(const Image& photo, const Mask& reach, Mask* valid) {
   }
 }
 
-void KeepSameDepth(const RenderOutput& a, const RenderOutput& b, Mask* valid) {
+// Pixels that both splats cover, and those of them at the same depth.
+struct Overlap {
+  int64_t both = 0, same = 0;
+};
+
+void KeepSameDepth(const RenderOutput& a, const RenderOutput& b, Mask* valid, Overlap* overlap) {
   for (size_t i = 0; i < valid->data.size(); ++i) {
     const float depth = a.depth_median.data[i], other = b.depth_median.data[i];
-    const bool same = depth > 0 && std::abs(depth - other) < kSameDepth * depth;
-    if (!same || b.alpha.data[i] <= kOpaque) valid->data[i] = 0;
+    const bool both = valid->data[i] != 0 && b.alpha.data[i] > kOpaque;
+    const bool same = both && std::abs(depth - other) < kSameDepth * depth;
+    overlap->both += both ? 1 : 0;
+    overlap->same += same ? 1 : 0;
+    if (!same) valid->data[i] = 0;
   }
 }
 
@@ -79,55 +89,42 @@ void AddCells(const Image& from, const Image& to, const Mask& valid, MatchView* 
   }
 }
 
-// Points of the unit square to points of a photo: the projective map of its corners
-// (0,0), (1,0), (1,1), (0,1) to `corners`.
-class Place {
- public:
-  explicit Place(const std::array<Vector2d, 4>& corners) {
-    const Vector2d unit[4] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-    Eigen::Matrix<double, 8, 8> system = Eigen::Matrix<double, 8, 8>::Zero();
-    Eigen::Matrix<double, 8, 1> right;
-    for (int i = 0; i < 4; ++i) {
-      const Vector2d& to = corners[size_t(i)];
-      for (int c = 0; c < 2; ++c) {
-        system.block<1, 3>(2 * i + c, 3 * c) = unit[i].homogeneous().transpose();
-        system.block<1, 2>(2 * i + c, 6) = -to[c] * unit[i].transpose();
-        right[2 * i + c] = to[c];
-      }
-    }
-    const Eigen::Matrix<double, 8, 1> h = system.fullPivLu().solve(right);
-    map_ << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1;
-  }
-  Vector2d operator()(const Vector2d& at) const { return (map_ * at.homogeneous()).hnormalized(); }
+using Corners = std::array<cv::Point2f, 4>;
 
- private:
-  Eigen::Matrix3d map_;
-};
-
-std::array<Vector2d, 4> CornersOf(const CardInPhoto& card) {
+Corners CornersOf(const CardInPhoto& card) {
+  Corners corners;
   const auto& p = card.place;
-  if (p.size() == 8) {
-    return {Vector2d(p[0], p[1]), Vector2d(p[2], p[3]), Vector2d(p[4], p[5]), Vector2d(p[6], p[7])};
+  for (size_t i = 0; i < 4; ++i) {
+    const bool right = i == 1 || i == 2, below = i >= 2;
+    const double x = p.size() == 8 ? p[2 * i] : p[0] + (right ? p[2] : 0);
+    const double y = p.size() == 8 ? p[2 * i + 1] : p[1] + (below ? p[3] : 0);
+    corners[i] = cv::Point2f(float(x), float(y));
   }
-  return {Vector2d(p[0], p[1]), Vector2d(p[0] + p[2], p[1]), Vector2d(p[0] + p[2], p[1] + p[3]),
-          Vector2d(p[0], p[1] + p[3])};
+  return corners;
 }
 
-// Median color of a part of the unit square, and how far the middle eighth tenths spread at most.
+// From the unit square, whose corners (0,0), (1,0), (1,1), (0,1) become those of the card.
+cv::Matx33d PlaceOf(const Corners& corners) {
+  const Corners unit = {cv::Point2f(0, 0), {1, 0}, {1, 1}, {0, 1}};
+  return cv::getPerspectiveTransform(unit.data(), corners.data());
+}
+
+// Median color of a part of the unit square, and how far the middle eight tenths spread at most.
 struct PatchColor {
   Vector3d color;
   double spread = 0;
 };
 
-PatchColor ColorOf(const Image& photo, const Place& place, const Vector2d& least,
+PatchColor ColorOf(const Image& photo, const cv::Matx33d& place, const Vector2d& least,
                    const Vector2d& most) {
   constexpr int kSamples = 48;  // a side
   std::vector<double> values[3];
   for (int i = 0; i < kSamples * kSamples; ++i) {
     const Vector2d share((i % kSamples + 0.5) / kSamples, (double(i / kSamples) + 0.5) / kSamples);
-    const Vector2d at = place(least + share.cwiseProduct(most - least));
-    const int x = std::clamp(int(at.x()), 0, photo.width - 1);
-    const int y = std::clamp(int(at.y()), 0, photo.height - 1);
+    const Vector2d from = least + share.cwiseProduct(most - least);
+    const cv::Vec3d at = place * cv::Vec3d(from.x(), from.y(), 1);
+    const int x = std::clamp(int(at[0] / at[2]), 0, photo.width - 1);
+    const int y = std::clamp(int(at[1] / at[2]), 0, photo.height - 1);
     for (int c = 0; c < 3; ++c) values[c].push_back(double(photo(x, y, c)));
   }
   PatchColor found;
@@ -150,17 +147,22 @@ const View& ViewOf(const OpenScene& scene, const CardInPhoto& card) {
 }
 
 Image PhotoOf(const OpenScene& scene, const CardInPhoto& card, const char* option) {
+  constexpr int kLeastArea = 16;
   const View& view = ViewOf(scene, card);
   if (!scene.workspace().HasPhoto(view)) {
     throw InputError(Named(card, option) + ": the view has no photo");
   }
   Image photo = ReadImage(scene.workspace().PhotoPath(view));
-  for (const Vector2d& corner : CornersOf(card)) {
-    const bool inside = corner.x() >= 0 && corner.y() >= 0 && corner.x() <= photo.width &&
-                        corner.y() <= photo.height;
-    if (inside) continue;
+  const Corners corners = CornersOf(card);
+  for (const auto& [x, y] : corners) {
+    if (x >= 0 && y >= 0 && x <= float(photo.width) && y <= float(photo.height)) continue;
     throw InputError(fmt::format("{}: lies outside the photo, which has {}x{} pixels",
                                  Named(card, option), photo.width, photo.height));
+  }
+  if (!cv::isContourConvex(corners) || cv::contourArea(corners) < kLeastArea) {
+    throw InputError(
+        fmt::format("{}: name the corners in turn around an area of at least {} pixels",
+                    Named(card, option), kLeastArea));
   }
   return photo;
 }
@@ -168,7 +170,7 @@ Image PhotoOf(const OpenScene& scene, const CardInPhoto& card, const char* optio
 MatchReference ReferenceOfGray(const OpenScene& scene, const CardInPhoto& card) {
   constexpr double kMargin = 0.05, kDark = 0.04, kUneven = 0.15;
   const Image photo = PhotoOf(scene, card, "gray");
-  const PatchColor gray = ColorOf(photo, Place(CornersOf(card)), Vector2d::Constant(kMargin),
+  const PatchColor gray = ColorOf(photo, PlaceOf(CornersOf(card)), Vector2d::Constant(kMargin),
                                   Vector2d::Constant(1 - kMargin));
   const std::string named = Named(card, "gray");
   if (gray.spread > kUneven) {
@@ -184,12 +186,11 @@ CheckerFit FitCheckerIn(const OpenScene& scene, const CardInPhoto& card) {
   constexpr double kMargin = 0.3;       // of a patch, on each side
   constexpr double kRecognized = 10.0;  // DeltaE00, mean
   const Image photo = PhotoOf(scene, card, "checker");
-  const std::array<Vector2d, 4> corners = CornersOf(card);
+  Corners corners = CornersOf(card);
   std::optional<CheckerFit> best;
-  for (size_t turn = 0; turn < 4; ++turn) {
-    std::array<Vector2d, 4> turned;
-    for (size_t i = 0; i < 4; ++i) turned[i] = corners[(i + turn) % 4];
-    const Place place(turned);
+  for (int turn = 0; turn < 4; ++turn) {
+    std::ranges::rotate(corners, corners.begin() + 1);
+    const cv::Matx33d place = PlaceOf(corners);
     std::vector<float> patches;
     for (int i = 0; i < 24; ++i) {
       const Vector2d cell(1.0 / 6, 1.0 / 4), first(i % 6, double(i / 6));
@@ -211,6 +212,16 @@ CheckerFit FitCheckerIn(const OpenScene& scene, const CardInPhoto& card) {
   return *best;
 }
 
+void RequirePhotos(const OpenScene& scene) {
+  const auto photos = std::ranges::count_if(
+      scene.views(), [&](const View* view) { return scene.workspace().HasPhoto(*view); });
+  if (photos >= 2) return;
+  throw InputError(fmt::format(
+      "{} of {} views have a photo, and a match needs two. {} names the folder of the photos; {} "
+      "matches another splat instead",
+      photos, scene.views().size(), OptionName("images"), OptionName("like")));
+}
+
 std::vector<MatchView> CompareViews(EditSession& session, const GaussianModel* like,
                                     Monitor& monitor) {
   OpenScene& scene = session.scene();
@@ -222,6 +233,7 @@ std::vector<MatchView> CompareViews(EditSession& session, const GaussianModel* l
   const RenderRequest request{.depth_median = like != nullptr, .alpha = true, .cache = false};
   const auto& heldout = scene.heldout_views();
   std::vector<MatchView> compared;
+  Overlap overlap;
   for (size_t v = 0; v < scene.views().size(); ++v) {
     monitor.Step("match", double(v), double(scene.views().size()));
     const View& view = *scene.views()[v];
@@ -229,10 +241,10 @@ std::vector<MatchView> CompareViews(EditSession& session, const GaussianModel* l
     const PosedCamera camera = scene.reconstruction().Posed(view);
     const RenderOutput render = scene.renderer().Render(camera, request);
     Image to;
-    Mask valid = ValidPixels(render, render.rgb);
+    Mask valid = ValidPixels(render);
     if (like) {
       RenderOutput wanted = other->Render(camera, request);
-      KeepSameDepth(render, wanted, &valid);
+      KeepSameDepth(render, wanted, &valid, &overlap);
       to = std::move(wanted.rgb);
     } else {
       to = scene.workspace().ReadPhoto(view);
@@ -246,6 +258,13 @@ std::vector<MatchView> CompareViews(EditSession& session, const GaussianModel* l
     compared.push_back(std::move(one));
   }
   monitor.Step("match", 1, 1);
+  const double same = double(overlap.same) / double(std::max<int64_t>(overlap.both, 1));
+  if (like && same < kSameFrame) {
+    throw InputError(fmt::format(
+        "{}: only {:.0f} % of the pixels that both splats cover have the same depth. Bring that "
+        "splat into the workspace's frame with `retint align`",
+        OptionName("like"), 100 * same));
+  }
   return compared;
 }
 
@@ -278,11 +297,13 @@ CardInPhoto ParseCard(std::string_view option, std::string_view text) {
 }
 
 SceneMatch MatchScene(EditSession& session, const SceneMatchRequest& request, Monitor& monitor) {
-  CheckOption(
-      !(request.gray && request.checker) && (!request.like || (!request.gray && !request.checker)),
-      fmt::format("only one of {}, {} and {} can be the reference", OptionName("like"),
-                  OptionName("gray"), OptionName("checker")));
+  const int references =
+      (request.like ? 1 : 0) + (request.gray ? 1 : 0) + (request.checker ? 1 : 0);
+  CheckOption(references <= 1,
+              fmt::format("only one of {}, {} and {} can be the reference", OptionName("like"),
+                          OptionName("gray"), OptionName("checker")));
   OpenScene& scene = session.scene();
+  if (!request.like) RequirePhotos(scene);
   SceneMatch match;
   MatchOptions options{.map = request.map, .reference = {}};
   if (request.gray) options.reference = ReferenceOfGray(scene, *request.gray);
@@ -299,23 +320,15 @@ SceneMatch MatchScene(EditSession& session, const SceneMatchRequest& request, Mo
 void ApplyMatch(EditSession& session, const ColorMatch& match, const RefitJob& job,
                 Monitor& monitor) {
   OpenScene& scene = session.scene();
-  const auto add = [&](const char* name, ColorEdit edit) {
-    std::map<std::string, Mask> masks;
-    for (const View* view : scene.views()) {
-      const Camera& camera = scene.reconstruction().cameras.at(view->camera_id);
-      masks[view->name] = Mask(camera.width, camera.height, 255);
-    }
-    session.store().Add(name, std::move(masks),
-                        std::vector<float>(scene.original().NumGaussians(), 1.0F), edit, monitor);
-  };
-  ColorEdit matrix = match.edit, table;
-  if (match.map == MatchMap::kTable) {
-    table.operations.push_back(matrix.operations.back());
-    matrix.operations.pop_back();
+  std::map<std::string, Mask> masks;
+  for (const View* view : scene.views()) {
+    const Camera& camera = scene.reconstruction().cameras.at(view->camera_id);
+    masks[view->name] = Mask(camera.width, camera.height, 255);
   }
-  add("match", matrix);
-  if (match.map != MatchMap::kTable) return;
-  add("match table", table);
+  session.store().Add("match", std::move(masks),
+                      std::vector<float>(scene.original().NumGaussians(), 1.0F), match.edit,
+                      monitor);
+  if (match.edit.OnColorsOf(scene.original()).IsAffine()) return;
   session.refits().Refit(job, monitor);
 }
 

@@ -37,14 +37,15 @@ struct SceneMatch {
 
 // Compares cells of every view of the scene as it is now (RefitService::CurrentSh()): those where
 // at least nine tenths of the pixels are opaque and, of photos, not clipped, of `like`, of the same
-// depth within 2 %. InputError where too few views can be compared, for a card that lies outside
-// its photo, that is clipped or of several colors, and for a checker that is not recognized.
+// depth within 2 %. InputError if too few views can be compared, or if fewer than a quarter of the
+// pixels have the depth of `like`; for a card that lies outside its photo, that is clipped or of
+// several colors, and for a checker that is not recognized.
 // Stage: "match".
 SceneMatch MatchScene(EditSession& session, const SceneMatchRequest& request, Monitor& monitor);
 
-// Adds the map as a region that holds everything, and a table as a second one. An affine map is
-// exact, as blending and spherical harmonics are linear: every Gaussian takes it, and nothing is
-// fitted. A table is fitted with `job` to the views.
+// Adds the map as a region that holds everything. An affine map is exact, as blending and spherical
+// harmonics are linear: every Gaussian takes it, and nothing is fitted. A table, and any map of a
+// splat whose colors are linear light, is fitted with `job` to the views.
 void ApplyMatch(EditSession& session, const ColorMatch& match, const RefitJob& job,
                 Monitor& monitor);
 

@@ -11,7 +11,7 @@
 
 namespace retint {
 
-// docs/files-report.md lists the keys.
+// docs/matching.md lists the keys.
 std::string ToJson(const SceneMatch& match, const std::vector<std::string>& sentences);
 std::vector<std::string> LinesOf(const SceneMatch& match);
 HtmlContent PageOf(const SceneMatch& match, const std::vector<std::string>& sentences);
