@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Clouds as .ply. Reading is table-driven: any element and property may be there, those known are
-// used.
+// Clouds as .ply. The reader accepts any element and property, and uses those that it
+// knows.
 #include <algorithm>
 #include <bit>
 #include <charconv>
@@ -20,7 +20,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// View names may hold any byte but a comment is one line: control characters and '%' travel as %XX.
+// A view's name may hold any byte, but a comment is one line: control characters and '%' become
+// %XX.
 std::string EscapeName(const std::string& name) {
   constexpr char kDigits[] = "0123456789abcdef";
   std::string out;
@@ -51,7 +52,7 @@ std::string UnescapeName(std::string_view text) {
   return out;
 }
 
-// The painted views that the header's comments name.
+// The names of painted views in the header's comments.
 std::vector<std::string> SourcesOf(const PlyHeader& header) {
   constexpr std::string_view kSource = "comment source ";
   std::vector<std::string> sources;
@@ -62,7 +63,7 @@ std::vector<std::string> SourcesOf(const PlyHeader& header) {
   return sources;
 }
 
-// The place of a known property's value.
+// The values of a point, by property.
 struct Record {
   double x = 0, y = 0, z = 0, nx = 0, ny = 0, nz = 0, red = 0, green = 0, blue = 0;
   double footprint = 0, confidence = 1, coverage = 1, source = 0, px = 0, py = 0;
@@ -71,7 +72,7 @@ struct Record {
 struct Field {
   std::string_view name;
   double Record::*member;
-  PlyType type;  // as written
+  PlyType type;  // type in the file
 };
 
 constexpr Field kFields[] = {
@@ -102,7 +103,8 @@ SelectionPoint ToPoint(const Record& record, uint64_t idx, bool own, size_t num_
   point.normal = Eigen::Vector3d(record.nx, record.ny, record.nz).cast<float>();
   if (!point.position.allFinite()) fail("position is NaN or infinite");
   if (!point.normal.allFinite()) fail("normal is NaN or infinite");
-  // A normal that is unit to rounding keeps its bits: a written cloud comes back as it was.
+  // A normal that is unit up to rounding keeps its bits, so that a written cloud is read back
+  // unchanged.
   const float length = point.normal.norm();
   if (length > 0 && std::abs(length - 1) > 1e-6F) point.normal /= length;
   const auto byte = [&](double v) {
@@ -126,7 +128,7 @@ SelectionPoint ToPoint(const Record& record, uint64_t idx, bool own, size_t num_
   return point;
 }
 
-// Clouds of other tools name no footprint: the spacing of the points stands in for it.
+// Clouds of other tools have no footprint. The spacing of the points replaces it.
 void EstimateFootprints(SelectionCloud& cloud) {
   std::vector<Eigen::Vector3f> positions;
   for (const auto& point : cloud.points) positions.push_back(point.position);
@@ -138,7 +140,7 @@ void EstimateFootprints(SelectionCloud& cloud) {
 
 void ReadVertices(const PlyElement& element, const std::vector<std::string>& sources, PlyBody& body,
                   const fs::path& path, SelectionCloud* cloud) {
-  std::vector<double Record::*> members;  // null: skipped
+  std::vector<double Record::*> members;  // null: skip the property
   std::vector<PlyColumn> columns;
   bool has[3] = {false, false, false};
   bool has_footprint = false, has_source = false, has_pixel = false;

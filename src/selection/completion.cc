@@ -24,26 +24,26 @@ constexpr std::string_view kStage = "completion";
 
 // Chosen on two captures, cape and flower, and kValley on objects on a table; docs/decisions/0003
 // says what else was tried.
-constexpr float kLeastWeight = 1e-6f;   // so that the graph never falls apart
-constexpr float kSmoothness = 1000;     // of the edges against one unit of color evidence
-constexpr double kValley = 4;           // logarithm of the part that a valley takes away of an edge
-constexpr double kTrust = 10;           // of full evidence
-constexpr double kKnownFraction = 0.5;  // of the visibility from which on evidence is full
-constexpr double kPaintedFraction = 0.25;        // of the Gaussians that a view sees, likewise
-constexpr double kKnownPixels = 16;              // pixels from which on it is
-constexpr double kLogPrior = -1;                 // log odds of "inside" before the color is seen
-constexpr double kLogLimit = 6;                  // of the log odds by color
-constexpr double kInside = 0.8, kOutside = 0.2;  // shares that colors are learned from
+constexpr float kLeastWeight = 1e-6f;      // keeps the graph connected
+constexpr float kSmoothness = 1000;        // of the edges against one unit of color evidence
+constexpr double kValley = 4;              // a sure crease multiplies an edge by exp(-kValley)
+constexpr double kTrust = 10;              // of full evidence
+constexpr double kKnownFraction = 0.5;     // of the visibility; from here on, evidence is full
+constexpr double kPaintedFraction = 0.25;  // of a view's usual visibility, likewise
+constexpr double kKnownPixels = 16;        // likewise
+constexpr double kLogPrior = -1;           // log odds of "inside" before the color is seen
+constexpr double kLogLimit = 6;            // of the log odds by color
+constexpr double kInside = 0.8, kOutside = 0.2;  // learn colors from shares beyond these
 constexpr int kInsideColors = 5, kOutsideColors = 8;
 constexpr int kLeastSamples = 50;
-constexpr int kColorSamples = 2000;     // that a mixture is learned from
+constexpr int kColorSamples = 2000;     // to learn a mixture from
 constexpr double kColorSpread = 0.014;  // OKLab: no component of the colors gets narrower
-constexpr double kConnected = 1e-3;     // weight of an edge that connects
-constexpr double kAnchored = 0.2;       // of the painted ones' median trust
+constexpr double kConnected = 1e-3;     // least weight of an edge that connects
+constexpr double kAnchored = 0.2;       // of the median trust of painted Gaussians
 constexpr float kReach = 5;             // radii of the painted part, from its middle
-constexpr double kWithinRadius = 0.9;   // of it; the rest may lie behind its rim
-// Solved shares below are outside, and above inside: a merely likely Gaussian must not be half
-// edited.
+constexpr double kWithinRadius = 0.9;   // quantile of their distances from it
+// Solved shares below are outside, and above inside: an edit must not half change a Gaussian that
+// is merely likely.
 constexpr double kSurelyOutside = 0.4, kSurelyInside = 0.6;
 constexpr double kUnseenDoubt = 0.25;   // of Gaussians that are inside without having been seen
 constexpr double kLeastVisible = 1e-6;  // pixels
@@ -62,7 +62,7 @@ struct Proof {
 Proof ProofOf(const ShareEvidence& evidence, size_t g) {
   const double pixels = evidence.known[g], visible = evidence.visible[g];
   const double known = Ratio(evidence.seen[g], visible);
-  // Of what a view sees that sees it: the mean of all, each weighted by what it sees.
+  // The mean visibility in a view, weighted by itself.
   const double usual = Ratio(evidence.visible_squared[g], visible);
   const double painted = Ratio(evidence.painted[g], usual);
   Proof proof;
@@ -83,7 +83,7 @@ void Each(size_t count, const Body& body) {
 
 using Mixture = GaussianMixture<3>;
 
-// x_g where `solved` is its value and what the value amounts to.
+// `x` is the solution x_g, `share` the share that follows from it.
 struct Solved {
   double x = 0, share = 0;
 };
@@ -112,7 +112,7 @@ class Completer {
     });
   }
 
-  // Of every node, as if paint said nothing of it.
+  // For every node, as if there were no paint on it.
   std::vector<Solved> Run(Completion completion, Monitor& monitor) {
     monitor.Step(kStage, 0, 2);
     const bool learned = LearnPrior();
@@ -148,9 +148,9 @@ class Completer {
                            [&](double sum, int g) { return sum + pixels_[size_t(g)]; });
   }
 
-  // Every member as often as it has known pixels. One vote each would let the rim of an object that
-  // was painted too small, thousands of small Gaussians, outvote its surroundings, a few large
-  // ones.
+  // Every member as often as it has known pixels. With one vote each, thousands of small
+  // Gaussians at the rim of an object that was painted too small would outvote a few large ones
+  // around it.
   Mixture::Points Colors(const std::vector<int>& members) const {
     std::vector<double> sums(members.size());
     double sum = 0;
@@ -165,9 +165,9 @@ class Completer {
     return colors;
   }
 
-  // Probabilities of "inside" by color. Colors count less if they would take more for painted
-  // beside the paint than there is paint: a stroke on a plain surface does not spread over the part
-  // of it that nobody saw. False where there is too little to learn them from.
+  // Probabilities of "inside" by color. Colors count less if they would select more pixels beside
+  // the paint than there are painted ones. So a stroke on a plain surface does not spread over its
+  // unseen part. False if there are too few samples to learn colors from.
   bool LearnPrior() {
     const std::vector<int> inside = Members(true), outside = Members(false);
     if (inside.size() < size_t(kLeastSamples) || outside.size() < size_t(kLeastSamples)) {
@@ -189,7 +189,7 @@ class Completer {
     const auto probability = [&](size_t g, double log_prior) {
       return 1 / (1 + std::exp(-std::clamp(double(odds[g]) + log_prior, -kLogLimit, kLogLimit)));
     };
-    // Pixels beside the paint, within its reach, that colors take for painted.
+    // Pixels beside the paint, within its reach, that look painted by their color.
     const Ball reach = ReachOf(Anchors());
     double mistaken = 0;
     for (const int g : outside) {
@@ -225,7 +225,7 @@ class Completer {
     SolveGraph(edges_, weights, terms, solved, monitor);
   }
 
-  // The edges stay on the device; an edit's terms of the nodes go there, and x comes back.
+  // The edges stay on the device. Only the terms of the nodes go there, and x comes back.
   void SolveOnDevice(const std::vector<NodeTerm>& terms, std::vector<double>* solved,
                      Monitor& monitor) const {
     monitor.ThrowIfCancelled();
@@ -238,8 +238,8 @@ class Completer {
     SolveGraphOnDevice(edges, weights, terms, solved, *backend_);
   }
 
-  // The painted ones that paint knows well: a few pixels of a surface far behind may be taken to be
-  // inside by mistake.
+  // The painted Gaussians that painted views see well. Others may be inside by mistake: a few
+  // pixels of a surface far behind.
   std::vector<int> Anchors() const {
     std::vector<int> anchors = Members(true);
     std::vector<double> trust;
@@ -249,7 +249,7 @@ class Completer {
     return anchors;
   }
 
-  // Around the painted ones: Gaussians beyond it are no part of the same thing.
+  // A ball around the painted Gaussians. Those beyond it are not part of the same object.
   struct Ball {
     Eigen::Vector3f middle;
     float radius;
@@ -272,8 +272,8 @@ class Completer {
     return ball;
   }
 
-  // Gaussians that no chain of selected neighbors within reach leads to from painted ones become
-  // outside.
+  // Gaussians become outside if no chain of selected neighbors within reach joins them to painted
+  // ones.
   void DropUnconnected(std::vector<Solved>* solved) const {
     constexpr double kHalf = 0.5;
     std::vector<uint8_t> reached(count_, 0);
@@ -282,7 +282,8 @@ class Completer {
     for (const int g : open) reached[size_t(g)] = 1;
     constexpr size_t kOpen = 512;  // nodes a task
     while (!open.empty()) {
-      // Whoever reaches a node first, all that are connected are reached in the end.
+      // The order in which tasks reach nodes does not matter: all connected nodes are reached in
+      // the end.
       std::vector<std::vector<int>> found((open.size() + kOpen - 1) / kOpen);
       ParallelTasks(int64_t(found.size()), [&](size_t part) {
         const size_t end = std::min(open.size(), (part + 1) * kOpen);
@@ -311,9 +312,9 @@ class Completer {
   const std::vector<GaussianSurface>& surfaces_;
   const EdgeMatrix& edges_;
   size_t count_;
-  std::vector<double> share_, trust_;  // m_g; of m_g
-  std::vector<double> pixels_;         // that are known
-  std::vector<NodeLook> looks_;        // open is 0 of a floater
+  std::vector<double> share_, trust_;  // m_g, trust_g
+  std::vector<double> pixels_;         // known ones
+  std::vector<NodeLook> looks_;        // .open is 0 for a floater
 };
 
 }  // namespace

@@ -23,7 +23,7 @@ double InverseDepthSlope(const DepthMap& depth, int x, int y, int dx, int dy) {
       const int i = x + sign * step * dx, j = y + sign * step * dy;
       if (!depth.Contains(i, j) || !HasDepth(depth, i, j)) break;
       const double candidate = sign * (1.0 / depth(i, j) - center) / step;
-      // Stop before a depth edge, so that the slope is of this surface alone.
+      // Stop before a depth edge, so that the slope is of this surface only.
       if (known[side] && std::abs(candidate - slope[side]) > kEdge * center) break;
       slope[side] = candidate;
       known[side] = true;

@@ -25,14 +25,14 @@ struct Evidence {
   ScalarImage weight;  // K >= 0
 };
 
-// The painted view `painted` as MaskOps::Evidence looks `view` up in it; depth and mask are in
-// backend memory.
+// The painted view `painted` for MaskOps::Evidence, which looks up pixels of `view` in it. Depth
+// and mask are in backend memory.
 PaintedImage LookedUpFrom(const PosedCamera& view, const PosedCamera& painted, const float* depth,
                           const uint8_t* mask);
 
-// Looks the surface of each pixel (its `depth` unprojected) up in the painted views: where the
-// depth there agrees within `tolerance`, the paint is its value, the mean where several see it.
-// Weight 1 where any does, `unknown_weight` elsewhere.
+// Unprojects each pixel by its `depth` and looks the point up in the painted views. Views that see
+// it agree within `tolerance` on its depth. The pixel gets their mean paint and the weight 1. If no
+// view sees it, the weight is `unknown_weight`.
 Evidence LookUpPaint(Backend& backend, const PosedCamera& view, const DepthMap& depth,
                      const std::vector<PaintedSurface>& painted, double tolerance,
                      double unknown_weight);

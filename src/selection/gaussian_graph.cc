@@ -25,8 +25,8 @@ constexpr std::string_view kStage = "completion";
 constexpr int kNeighbors = 16;
 constexpr double kColorSigma = 0.05;  // OKLab, lightness at half weight
 constexpr double kDistanceScale = 2;  // of the two extents
-constexpr double kBend = 0.8;  // the part that a right angle between flat Gaussians takes away
-constexpr double kLeastWeight = 1e-6;  // so that the graph never falls apart
+constexpr double kBend = 0.8;  // two flat Gaussians at a right angle lose this part of the weight
+constexpr double kLeastWeight = 1e-6;  // keeps the graph connected
 constexpr int64_t kGrain = 4096;
 
 GaussianSurface SurfaceOf(const GaussianModel& model, size_t g) {
@@ -62,7 +62,7 @@ double EdgeWeight(const GaussianSurface& a, const GaussianSurface& b, double dis
   return std::max(kLeastWeight, alike * bend / (1 + apart * apart));
 }
 
-// Joins every node with its nearest, and so with those whose nearest it is.
+// Joins every node with its nearest ones. An edge is in the rows of both its nodes.
 EdgeMatrix Connect(const std::vector<Neighbor>& nearest,
                    const std::vector<GaussianSurface>& surfaces) {
   const size_t count = surfaces.size();
@@ -85,7 +85,7 @@ EdgeMatrix Connect(const std::vector<Neighbor>& nearest,
     edges[next[size_t(a)]++] = {nearest[i].idx, nearest[i].distance};
     edges[next[size_t(nearest[i].idx)]++] = {a, nearest[i].distance};
   }
-  // Two that are among each other's nearest were joined twice.
+  // Two nodes that are each other's nearest were joined twice.
   std::vector<size_t> kept(count, 0);
   ParallelRanges(int64_t(count), kGrain, [&](int64_t first, int64_t last) {
     for (auto g = size_t(first); g < size_t(last); ++g) {

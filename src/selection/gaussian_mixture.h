@@ -30,8 +30,8 @@ class GaussianMixture {
   using Values = Eigen::ArrayXf;
 
   GaussianMixture() = default;  // no components
-  // `spread`: a standard deviation that is added to every component's own, so that none becomes
-  // narrower. Fewer samples than `components` make fewer components; no samples make none.
+  // `spread`: standard deviation that is added to each component's own, as a lower limit. Fewer
+  // samples than `components` give fewer components; no samples give none.
   GaussianMixture(const Points& samples, int components, double spread, uint64_t seed = 0) {
     if (samples.rows() == 0) return;
     std::mt19937_64 random(seed);
@@ -47,10 +47,10 @@ class GaussianMixture {
     }
   }
 
-  // Of each point, but for the constant -D/2 log(2 pi). Never below -690, also where there are no
-  // components. A point's has the same bits whatever other points it comes with.
+  // Of each point, without the constant -D/2 log(2 pi). Never below -690, even without components.
+  // The bits of a value do not depend on the other points.
   Values LogLikelihoods(const Points& at) const {
-    // The rest of an array after its last whole vector takes other functions of Eigen.
+    // Eigen computes the rest of an array after its last whole vector by other functions.
     constexpr Eigen::Index kVector = 16;
     Points padded = Points::Zero((at.rows() + kVector - 1) / kVector * kVector, D);
     padded.topRows(at.rows()) = at;
@@ -78,8 +78,8 @@ class GaussianMixture {
     float log_scale = 0;                // of the weight and the determinant
   };
 
-  // exp(log), logs up to 0. Never so small that floats lose their digits, which would take some
-  // processors a hundred times as long.
+  // exp(log) for logs up to 0. Never so small that floats become denormal, which some processors
+  // compute a hundred times slower.
   static Values Exp(const Values& log) {
     constexpr float kSmallest = -60;
     return log.max(kSmallest).exp();
@@ -87,8 +87,8 @@ class GaussianMixture {
 
   static Vector At(const Points& points, Eigen::Index i) { return points.row(i).transpose(); }
 
-  // kMaxSamples at most, by Fisher and Yates; the standard library's shuffle differs between
-  // implementations.
+  // At most kMaxSamples of them, by Fisher and Yates. The shuffles of standard libraries
+  // differ.
   static Points Choose(const Points& samples, std::mt19937_64& random) {
     std::vector<Eigen::Index> order(size_t(samples.rows()));
     std::iota(order.begin(), order.end(), Eigen::Index(0));
@@ -151,7 +151,7 @@ class GaussianMixture {
     }
   }
 
-  // None where `part` of the samples holds too little of them.
+  // nullopt if `part` selects too little of the samples.
   static std::optional<Component> ComponentOf(const Points& samples, const Values& part,
                                               float spread) {
     const float weight = part.sum();
@@ -196,7 +196,7 @@ class GaussianMixture {
     return logs;
   }
 
-  // The part of each sample that belongs to each component.
+  // The part of each component in each sample: [samples, components].
   Eigen::ArrayXXf Expect(const Points& samples) const {
     Eigen::ArrayXXf belongs = LogDensities(samples);
     const Values largest = belongs.rowwise().maxCoeff();

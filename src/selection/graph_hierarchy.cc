@@ -13,11 +13,11 @@ namespace {
 
 constexpr double kDamping = 2.0 / 3;  // of Jacobi; eigenvalues of D^-1 A lie in (0, 2]
 constexpr float kStrong = 0.5f;       // of a node's largest weight
-constexpr double kDominant = 0.8;     // part of the diagonal that trust alone makes
+constexpr double kDominant = 0.8;  // if trust makes this part of the diagonal, the node stays alone
 constexpr size_t kFewNodes = 64;
 constexpr size_t kMostLevels = 20;
 constexpr double kLeastGain = 0.8;  // a coarser graph has at most this part of the nodes
-constexpr int kCoarsestSteps = 8;   // of Jacobi, where nothing is coarser
+constexpr int kCoarsestSteps = 8;   // of Jacobi, on the coarsest graph
 constexpr int64_t kGrain = 4096;
 
 // body(i) for every i below `count`.
@@ -44,23 +44,23 @@ GraphMatrix::GraphMatrix(std::span<const size_t> begins, std::span<const int> ot
 }
 
 GraphHierarchy::GraphHierarchy(GraphMatrix finest) {
-  levels_.reserve(kMostLevels);  // the memory that a level views stays
+  levels_.reserve(kMostLevels);  // no reallocation: each level points into the arrays of another.
   levels_.emplace_back().matrix = std::move(finest);
   while (levels_.size() < kMostLevels && levels_.back().matrix.size() > kFewNodes &&
          Aggregate(&levels_.back())) {
     levels_.push_back(Coarsen(levels_.back()));
-    Level& coarse = levels_.back();  // its arrays moved with it
+    Level& coarse = levels_.back();  // its arrays moved with it, their memory did not
     coarse.matrix = {coarse.begin, coarse.other, coarse.weight, std::move(coarse.matrix.trust)};
   }
 }
 
-// Greedy: a node none of whose strong neighbors is taken starts a part with all of them; the rest
-// join the part of their strongest neighbor that has one. Nodes that only their trust decides are
-// no part of anything. False where that gives no much smaller graph.
+// Greedy: if no strong neighbor of a node is taken, the node and all of them become one part.
+// Remaining nodes join the part of their strongest neighbor that has one. Nodes with a dominant
+// trust join none. False if the coarser graph would not be much smaller.
 bool GraphHierarchy::Aggregate(Level* level) {
   const GraphMatrix& matrix = level->matrix;
   const size_t count = matrix.size();
-  std::vector<float> strong(count);  // weights from here on are; 0: the node stays alone
+  std::vector<float> strong(count);  // least weight of a strong edge; 0: the node stays alone
   Each(count, [&](size_t i) {
     float largest = 0;
     for (size_t e = matrix.begin[i]; e < matrix.begin[i + 1]; ++e) {
@@ -113,7 +113,7 @@ bool GraphHierarchy::Aggregate(Level* level) {
   return true;
 }
 
-// P^T A P for the P that gives every member its part's value.
+// P^T A P, where P gives every member the value of its part.
 GraphHierarchy::Level GraphHierarchy::Coarsen(const Level& fine) {
   const size_t parts = fine.members_begin.size() - 1;
   struct Row {
@@ -124,7 +124,7 @@ GraphHierarchy::Level GraphHierarchy::Coarsen(const Level& fine) {
   std::vector<Row> rows(parts);
   constexpr int64_t kParts = 1024;
   ParallelRanges(int64_t(parts), kParts, [&](int64_t first, int64_t last) {
-    std::vector<double> sums(parts, 0.0);  // by the other part; 0 between rows
+    std::vector<double> sums(parts, 0.0);  // by the other part; all 0 between two rows
     for (auto part = size_t(first); part < size_t(last); ++part) {
       Row& row = rows[part];
       for (size_t m = fine.members_begin[part]; m < fine.members_begin[part + 1]; ++m) {
@@ -134,7 +134,7 @@ GraphHierarchy::Level GraphHierarchy::Coarsen(const Level& fine) {
           const int to = fine.part_of[size_t(fine.matrix.other[e])];
           const auto weight = double(fine.matrix.weight[e]);
           if (to == int(part) || weight == 0) continue;
-          if (to < 0) {  // a node that is no part stays where it is
+          if (to < 0) {  // a node outside all parts keeps its value
             row.trust += weight;
             continue;
           }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A coarse-to-fine preconditioner of the system in graph_solver.h.
+// A multigrid preconditioner for the linear system in graph_solver.h.
 #pragma once
 
 #include <cstddef>
@@ -10,9 +10,9 @@ namespace retint {
 
 // The symmetric matrix A of a graph, row by row: A_ii = trust_i + sum_j w_ij and A_ij = -w_ij.
 struct GraphMatrix {
-  std::span<const size_t> begin;  // [nodes + 1] into what follows
+  std::span<const size_t> begin;  // [nodes + 1], into the next two
   std::span<const int> other;     // ascending within a row
-  std::span<const float> weight;  // 0 or more; 0 is as no edge
+  std::span<const float> weight;  // 0 or more; 0: no edge
   std::vector<double> trust;      // [nodes], above 0
   std::vector<double> diagonal;   // [nodes]
 
@@ -31,13 +31,13 @@ struct GraphMatrix {
 };
 
 // Multigrid by aggregation without smoothing (Vanek, Mandel and Brezina 1996; Notay 2010). Nodes
-// that strong edges join become one node of the next coarser graph, until few are left. Its trusts
-// and weights are sums of theirs. One V-cycle, with a step of damped Jacobi before and after each
-// coarser correction, approximates A^-1 r; it is symmetric and positive definite, as conjugate
-// gradients need. The same result on any number of threads.
+// with strong edges between them become one node of the next coarser graph, until few are left.
+// Their trusts and weights are added up. One V-cycle approximates A^-1 r, with a damped Jacobi step
+// before and after each coarser correction. It is symmetric and positive definite, as conjugate
+// gradients require. The result does not depend on the number of threads.
 class GraphHierarchy {
  public:
-  // What `finest` views stays alive.
+  // The arrays behind the spans of `finest` must outlive this.
   explicit GraphHierarchy(GraphMatrix finest);
   const GraphMatrix& finest() const { return levels_.front().matrix; }
   // *x = about A^-1 r.
@@ -46,16 +46,16 @@ class GraphHierarchy {
  private:
   struct Level {
     GraphMatrix matrix;
-    // Of coarser graphs, which `matrix` views.
+    // Of coarser graphs: the arrays behind the spans of `matrix`.
     std::vector<size_t> begin;
     std::vector<int> other;
     std::vector<float> weight;
-    // To the next coarser graph: the node that each node is part of, -1 where it is none; and the
-    // members of each of those nodes, ascending.
+    // To the next coarser graph: for each node, the coarser node that it is part of, or -1; for
+    // each coarser node, its members, ascending.
     std::vector<int> part_of;
     std::vector<size_t> members_begin;
     std::vector<int> members;
-    std::vector<double> rest, corrected;  // of a cycle: of this level; of the next coarser
+    std::vector<double> rest, corrected;  // buffers of a cycle: of this level; of the next coarser
   };
   void Cycle(size_t level, const std::vector<double>& r, std::vector<double>* x);
   static bool Aggregate(Level* level);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kTolerance = 1e-3;  // of the residual, relative to the right-hand side
 constexpr int kMaxIterations = 300;
-constexpr int kMaxDeviceIterations = 5000;  // which are many more, and far cheaper
+constexpr int kMaxDeviceIterations = 5000;  // many more, but each is far cheaper
 constexpr int64_t kGrain = 4096;
 
 double Dot(const std::vector<double>& a, const std::vector<double>& b) {

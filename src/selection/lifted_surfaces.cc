@@ -19,14 +19,14 @@ namespace {
 
 constexpr std::string_view kStage = "completion";
 constexpr size_t kMostViews = 24;
-constexpr size_t kBatch = 8, kBatchBytes = size_t{256} << 20;  // views held at a time
-constexpr float kOpaque = 0.5f;         // a pixel less opaque than this shows no surface
+constexpr size_t kBatch = 8, kBatchBytes = size_t{256} << 20;  // views in memory at a time
+constexpr float kOpaque = 0.5f;         // a less opaque pixel shows no surface
 constexpr float kLeastVisible = 1e-6f;  // pixels; below it no view really sees the Gaussian
-constexpr float kBehind = 0.3f;         // of a pixel's light that is left behind its surface
+constexpr float kBehind = 0.3f;         // part of a pixel's light that is left behind its surface
 constexpr double kDepthNoise = 0.03;    // relative
-// Every second row of pixels is lifted: the results are means over many.
+// Only every second row of pixels is used: the results are means over many pixels.
 constexpr uint16_t kLiftedRows = 0x5555;
-// Of the residual: V, 1, h, h ln D, h (ln D)^2.
+// Of each pixel: V, 1, h, h ln D, h (ln D)^2.
 constexpr int kChannels = 5;
 
 std::vector<const View*> SpreadOut(const std::vector<const View*>& views) {
@@ -39,13 +39,13 @@ std::vector<const View*> SpreadOut(const std::vector<const View*>& views) {
 struct ShrunkView {
   PosedCamera posed;
   std::shared_ptr<const ViewGeometry> geometry;
-  Buffer<float> depth, behind;     // [H, W] expected, and D
-  ScalarImage inverse_depth;       // on the host, 0 where there is none
+  Buffer<float> depth, behind;     // [H, W] expected depth, and D
+  ScalarImage inverse_depth;       // on the host; 0: no surface
   std::vector<float> behind_host;  // [H, W]
   std::vector<float> residual;     // [H, W, kChannels]
 };
 
-// Queues the depths of a view.
+// Queues the two depths of a view.
 ShrunkView Draw(Renderer& renderer, const PosedCamera& posed) {
   ShrunkView view;
   view.posed = Shrunk(posed);
@@ -61,7 +61,7 @@ ShrunkView Draw(Renderer& renderer, const PosedCamera& posed) {
   return view;
 }
 
-// The values that are lifted.
+// The kChannels values of each pixel.
 void FindResidual(ShrunkView* view) {
   const Camera& camera = view->posed.camera;
   const ScalarImage valleys =
@@ -82,11 +82,11 @@ void FindResidual(ShrunkView* view) {
   }
 }
 
-// Of a Gaussian, over the views.
+// Of one Gaussian, summed over the views.
 struct Sums {
   float valley = 0, visible = 0, floating = 0, before = 0;
 
-  // `lifted`, [kChannels], of a view from which it is `z` away.
+  // `lifted`: [kChannels], from a view at distance `z`.
   void Add(const float* lifted, double z) {
     valley += lifted[0];
     visible += lifted[1];
@@ -101,7 +101,7 @@ struct Sums {
   }
 };
 
-// Lifts a view's residual and adds it to the sums of the Gaussians that it sees.
+// Applies W^T to the values of a view's pixels, and adds them to its Gaussians' sums.
 void Lift(Renderer& renderer, const GaussianModel& model, const ShrunkView& view,
           Buffer<float>* scratch, std::vector<Sums>* sums) {
   Backend& backend = renderer.backend();

@@ -31,22 +31,22 @@ namespace {
 constexpr std::string_view kStage = "projection";
 constexpr float kSurfelScale = 1.5f;  // disc radius in footprints
 constexpr int kCloseRadius = 2;       // pixels, morphological close of masks of surfels
-// Of views that are not painted every second row of pixels is lifted, of many views every eighth: a
-// Gaussian's share is a mean over many pixels.
+// Of unpainted views, only every second row of pixels is used, of many views every eighth. The
+// share of a Gaussian is a mean over many pixels.
 constexpr size_t kManyViews = 32;
 uint16_t LiftedRows(size_t views) { return views < kManyViews ? 0x5555 : 0x0101; }
-// Relative step in depth that makes the paint's border a silhouette.
+// A relative step in depth of this size makes the border of the paint a silhouette.
 constexpr float kSilhouetteJump = 0.005f;
-constexpr size_t kCompared = 4;  // views whose depths say how well the scene's agree
-// A hand may miss the border by this share of the picture's longer side. Farther from it, pixels
-// surely show Gaussians that are painted, or that are not.
+constexpr size_t kCompared = 4;  // number of views to learn from how well the scene's depths agree
+// A hand may miss the border by this fraction of the picture's longer side. Farther from the
+// border, the paint surely says whether a pixel is selected.
 constexpr double kSurePaint = 0.01;
-// Pixels beside a mask in which no lost paint is put back: so close, the soft border that the
-// Gaussians give a mask is better, because they can show it.
+// Lost paint is not put back this close to a mask, in pixels. Its soft border is better there,
+// because Gaussians can show it.
 constexpr int kBorderOff = 2;
 constexpr int64_t kGrain = 16384;  // Gaussians
 
-// 255 in pixels that lie at most `reach` rows and columns from one that is inside.
+// 255 in pixels at most `reach` rows and columns from a pixel inside.
 Mask Widened(const Mask& mask, int reach) {
   Mask wide(mask.width, mask.height);
   cv::Mat inside(mask.height, mask.width, CV_8U);
@@ -56,7 +56,7 @@ Mask Widened(const Mask& mask, int reach) {
   return wide;
 }
 
-// Shared by the views: the cloud and the painted views in backend memory, and images to draw to.
+// Shared by the views: the cloud and the painted views in backend memory, and buffers to draw to.
 class Projection {
  public:
   Projection(const SelectionCloud& cloud, const std::vector<PaintedView>& painted,
@@ -87,7 +87,7 @@ class Projection {
     }
   }
 
-  // Surfaces that AddPainted takes, before any other view is lifted.
+  // The surfaces for AddPainted(), which must come before other views.
   std::vector<SurfaceRequest> PaintedRequests(const Reconstruction& reconstruction) const {
     std::vector<SurfaceRequest> requests;
     for (const Painted& view : painted_) {
@@ -119,13 +119,13 @@ class Projection {
     }
   }
 
-  // Beside a contact many depths differ, and yet by less than visible_tolerance.
+  // Beside a contact, many depths differ, but by less than visible_tolerance.
   void FindTolerance() {
     tolerance_ = AgreeingTolerance(differences_, tolerance_);
     differences_ = {};
   }
 
-  // The paint, in the `mask` that the shares give its view.
+  // Copies the paint into the `mask` of its view.
   void ShowPaint(const View& view, Mask* mask) const {
     for (const Painted& painted : painted_) {
       if (painted.name != view.name) continue;
@@ -137,8 +137,8 @@ class Projection {
     }
   }
 
-  // Puts paint that the shares lost back into the `mask` of a view that is not painted: on surfaces
-  // that a painted view surely shows, too. Gaussians may be too large or too faint to carry it.
+  // Puts paint that the shares lost back into the `mask` of an unpainted view, on surfaces that a
+  // painted view surely sees too. Gaussians may be too large or too faint to show it.
   void PutPaintBack(const PosedCamera& posed, const ViewSurface& surface, Mask* mask) {
     const std::vector<PaintedImage> painted = PaintedAsSeenFrom(posed);
     EvidenceParams evidence = LookUp(surface, painted, /*unknown_weight=*/0);
@@ -166,13 +166,13 @@ class Projection {
     return mask;
   }
 
-  // Adds the evidence for the Gaussians of a view that is not painted; each of its pixels counts as
+  // Adds the evidence of an unpainted view to the Gaussians' sums. Each of its pixels counts as
   // `weight`.
   void Lift(const PosedCamera& posed, const ViewSurface& surface, uint16_t pixel_rows,
             float weight) {
     DrawCloud(surface, pixel_rows, 0);
     const std::vector<PaintedImage> painted = PaintedAsSeenFrom(posed);
-    // A cloud says nothing of pixels outside it, so all of them count as outside.
+    // Without paint, the cloud is everything: all pixels outside it count as outside.
     const double unknown = completes_ ? 0 : options_.unknown_weight;
     EvidenceParams evidence =
         LookUp(surface, painted, static_cast<float>(painted.empty() ? 1 : unknown));
@@ -186,7 +186,7 @@ class Projection {
     }
   }
 
-  // The shares of `result`, and where they are completed their confidence and visibility.
+  // Sets the shares of `result`; with completion, also their confidence and visibility.
   void FindShares(const GaussianGraph* graph, Monitor& monitor, ProjectedMasks* result) {
     constexpr float kLeastVisible = 1e-6f;  // pixels; below it no view really sees the Gaussian
     const std::vector<float> sums = SumsOfAllViews();
@@ -227,7 +227,7 @@ class Projection {
     PosedCamera camera;
     const Mask* paint;
     const Mask* seen;
-    Buffer<uint8_t> mask;  // the paint, up to the edges that it missed
+    Buffer<uint8_t> mask;  // the paint, moved to the edges that it missed
     Buffer<float> depth;
   };
 
@@ -278,8 +278,8 @@ class Projection {
                               backend_.Grow(coverage_mask_, surface.depth.size())});
   }
 
-  // 0 in pixels of which the paint says nothing, since it ends before or beyond an edge there; the
-  // painted mask then ends at that edge, so that its silhouette is that of the thing. Empty: there
+  // Finds the edges that the paint missed and moves the painted mask to them. Returns 0 in the
+  // pixels between paint and edge, of which the paint says nothing, and 255 elsewhere. Empty: there
   // are none.
   Mask Said(Painted* painted, const ViewSurface& surface) {
     Mask mask = *painted->paint;
@@ -290,7 +290,7 @@ class Projection {
     layers.color.data = backend_.Download(rendered.rgb.data(), rendered.rgb.size());
     layers.depth = DepthMap(mask.width, mask.height);
     layers.depth.data = backend_.Download(surface.depth.data(), surface.depth.size());
-    Monitor quiet;  // a step of the projection's
+    Monitor quiet;  // part of the projection's own step
     const MissedBorder missed =
         FindMissedBorder(layers, mask, std::max(1, PixelsOf(options_.paint_slack, mask)), quiet);
     if (!AnyInside(missed.left_out) && !AnyInside(missed.spilled)) return {};
@@ -304,7 +304,8 @@ class Projection {
     return said;
   }
 
-  // Takes the points from the cloud that `spilled` pixels show, not those behind.
+  // Removes the points from the cloud that show in `spilled` pixels, but not the points behind
+  // them.
   void DropPoints(const PosedCamera& camera, const Mask& spilled, const DepthMap& depth) {
     std::vector<CloudPoint> points = backend_.Download(points_.data(), points_.size());
     std::erase_if(points, [&](const CloudPoint& point) {
@@ -318,7 +319,7 @@ class Projection {
     points_ = backend_.Upload(std::span<const CloudPoint>(points));
   }
 
-  // 0 in pixels that show no surface. Nobody meant the Gaussians that hardly show there.
+  // 0 in pixels that show no surface. Nobody means to paint the Gaussians that are faint there.
   Mask Opaque(const PosedCamera& camera) {
     constexpr float kLeastAlpha = 1 / 3.0f;
     const DeviceRender rendered = renderer_.RenderOnDevice(camera, {.rgb = false, .alpha = true});
@@ -330,7 +331,7 @@ class Projection {
     return opaque;
   }
 
-  // No evidence where the painter saw nothing.
+  // Hides pixels that the painter did not see from the evidence.
   void HideUnseen(const Mask& seen, Buffer<float>* depth) {
     if (seen.Empty()) return;
     std::vector<float> on_host = backend_.Download(depth->data(), depth->size());
@@ -340,9 +341,10 @@ class Projection {
     *depth = backend_.Upload(std::span<const float>(on_host));
   }
 
-  // The paint as it stands: M is the paint, K the same everywhere but beside silhouettes.
+  // The paint itself as evidence: M is the paint. K is the same in all pixels, and 0 in hidden
+  // ones.
   void LiftPaint(const ViewSurface& surface, const uint8_t* mask) {
-    // Every process knows the paint: it counts once.
+    // Every process knows the paint: only the first one adds it.
     LiftEvidence(*surface.geometry, {.camera = surface.geometry->camera(),
                                      .depth = surface.depth.data(),
                                      .unknown_weight = 1,
@@ -352,8 +354,8 @@ class Projection {
     if (lifted_views_.IsFirst()) AddLifted(*surface.geometry);
   }
 
-  // Gaussians seen in pixels that are not as close to the border of the paint as a hand may miss
-  // it.
+  // Adds up the Gaussians in pixels that are far enough from the border of the paint: a hand does
+  // not miss it by so much.
   void LiftSurePaint(const ViewGeometry& view, const Painted& painted, const Mask& said) {
     const Mask& paint = *painted.paint;
     std::vector<float> sure = FarFromBorder(paint, PixelsOf(kSurePaint, paint)).data;
@@ -366,11 +368,11 @@ class Projection {
                                     {.residual = residual.data(),
                                      .channels = 1,
                                      .result = backend_.Grow(lifted_, size_t(view.num_rows()))});
-    // Every process adds up all that is painted.
+    // Every process adds up all painted views.
     backend_.blend().AddRows(view, lifted_.data(), 1, painted_sums_.data());
   }
 
-  // A share of the picture's longer side.
+  // A fraction of the picture's longer side, in pixels.
   static int PixelsOf(double share, const Mask& paint) {
     return int(std::lround(share * std::max(paint.width, paint.height)));
   }
@@ -378,11 +380,11 @@ class Projection {
   size_t Channels() const { return completes_ ? 4 : 2; }
   size_t SumChannels() const { return completes_ ? 5 : 2; }
 
-  // W^T of the evidence, and of 1 where the shares are completed, into lifted_.
+  // Sets lifted_ to W^T of the evidence; with completion, also to W^T 1.
   void LiftEvidence(const ViewGeometry& view, EvidenceParams evidence, float weight = 1) {
     const size_t pixels = size_t(view.camera().width) * size_t(view.camera().height);
     evidence.residual = backend_.Grow(residual_, Channels() * pixels);
-    // Makes up for rows that are left out.
+    // Makes up for rows that are not read.
     weight *= kTileSize / static_cast<float>(std::popcount(evidence.pixel_rows));
     evidence.visible = completes_ ? weight : 0;
     evidence.scale *= weight;
@@ -394,13 +396,13 @@ class Projection {
                .pixel_rows = evidence.pixel_rows});
   }
 
-  // lifted_ to the Gaussians' sums.
+  // Adds lifted_ to the sums of the Gaussians.
   void AddLifted(const ViewGeometry& view) {
     backend_.blend().AddRows(view, lifted_.data(), static_cast<int32_t>(Channels()), sums_.data(),
                              completes_);
   }
 
-  // lifted_ of a backend in host memory, for its turn among all views.
+  // Keeps lifted_ in host memory: sums are made in the order of all views.
   void KeepLifted(const ViewGeometry& view) {
     const size_t channels = Channels();
     ViewRows& rows = kept_.emplace_back();
@@ -426,13 +428,13 @@ class Projection {
   float tolerance_ = static_cast<float>(options_.visible_tolerance);
   std::vector<float> differences_;  // relative, of depths within tolerance_
   ViewReducer& lifted_views_;
-  std::vector<ViewRows> kept_;  // of own views, whose turn is to come
+  std::vector<ViewRows> kept_;  // of own views, not yet added
   Buffer<CloudPoint> points_;
   std::vector<Painted> painted_;
-  // [N, 2] W^T (K M), W^T K; where shares are completed [N, 5], also W^T K without painted_weight,
-  // W^T 1 and its square.
+  // [N, 2] W^T (K M), W^T K. With completion [N, 5]: also W^T K without painted_weight, W^T 1, and
+  // its square.
   Buffer<float> sums_;
-  Buffer<float> painted_sums_;  // [N] W^T 1 of pixels that are surely painted or not, painted views
+  Buffer<float> painted_sums_;  // [N] W^T 1 of painted views' surely decided pixels
   Buffer<float> coverage_, residual_, lifted_;
   Buffer<uint8_t> coverage_mask_;
 };
@@ -463,7 +465,7 @@ void ShareMasks(const Reconstruction& reconstruction, const std::vector<const Vi
   }
 }
 
-// 1 of each Gaussian that floats, else 0, [N]; empty where none does.
+// 1 for each floater, else 0: [N]; empty: there are none.
 Buffer<uint8_t> Floaters(const GaussianGraph& graph, Backend& backend) {
   std::vector<uint8_t> floats(graph.NumGaussians());
   bool any = false;
@@ -493,10 +495,10 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   const bool lifts = options.kind == ProjectorKind::kGaussians;
   const bool completes = graph && options.Completes() && !painted.empty();
   const std::vector<const View*>& all_masked = wanted.empty() ? views : wanted;
-  // Lifted from, unless they are painted and known already, or drawn on.
+  // Views to take evidence from (unpainted ones), or to draw the cloud on.
   struct Drawn {
     PosedCamera posed;
-    const View* view;  // null: an added one
+    const View* view;  // null: a view that no camera took
     float weight;      // of a pixel
   };
   std::vector<Drawn> all_drawn;
@@ -528,14 +530,14 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   for (const Drawn& one : drawn) {
     requests.push_back({one.posed, one.view, pixel_rows, /*cache=*/one.view != nullptr});
   }
-  std::vector<SurfaceRequest> unpainted;  // those of the masks in which paint may have been lost
+  std::vector<SurfaceRequest> unpainted;  // views of masks that may have lost paint
   for (const View* view : masked) {
     if (lifts && !painted.empty() && !IsPainted(*view, painted)) {
       unpainted.push_back({reconstruction.Posed(*view), view});
     }
   }
   const auto mask_steps = static_cast<double>(masked.size() + unpainted.size());
-  // A completion, with a stage of its own, lies between two visits of this one.
+  // Between two parts of this stage, a completion reports a stage of its own.
   double done = 0, steps = static_cast<double>(2 * drawn.size());
   if (lifts && !completes) steps += mask_steps;
   const auto step = [&] { monitor.Step(kStage, done++, steps); };
@@ -580,7 +582,7 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
   }
   ShareMasks(reconstruction, all_masked, masked_views, &result.masks);
   result.mean_coverage = MeanCoverage(result.masks);
-  // A painted view shows its paint in any case; other views show Gaussians.
+  // A painted view's mask shows its paint in any case. Other views show Gaussians.
   const bool holds = lifts ? HoldsGaussians(result.shares) : HoldsPaint(painted, result);
   if (!painted.empty() && !holds) {
     throw InputError(

@@ -16,7 +16,7 @@ namespace {
 
 constexpr float kVisibleStep = 8;  // of 255
 
-// Sums of the inside pixels over rectangles of a mask, in constant time each.
+// Counts the inside pixels of any rectangle of a mask in constant time.
 class InsideSums {
  public:
   explicit InsideSums(const Mask& mask)
@@ -31,7 +31,7 @@ class InsideSums {
   }
 
   // Whether all pixels at most `radius` from (x, y) in both directions are inside. Pixels beyond
-  // the image count as outside if `edge_is_border`, else they do not count.
+  // the image count as outside if `edge_is_border`; otherwise they do not count.
   bool Full(int x, int y, int radius, bool edge_is_border) const {
     const int x0 = std::max(0, x - radius), x1 = std::min(width_, x + radius + 1);
     const int y0 = std::max(0, y - radius), y1 = std::min(height_, y + radius + 1);

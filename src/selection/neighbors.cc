@@ -18,8 +18,8 @@ namespace {
 
 using PclCloud = pcl::PointCloud<pcl::PointXYZ>;
 
-// Centered on the median of each axis, so that clouds far from the world's origin keep their float
-// digits, also where a few points are very far from all others.
+// Points relative to the median of each axis. Clouds far from the world's origin keep their float
+// digits, even if a few points are very far from all others.
 std::vector<Eigen::Vector3f> Centered(const std::vector<Eigen::Vector3f>& points,
                                       Eigen::Vector3f* center) {
   std::vector<float> values(points.size());
@@ -72,7 +72,8 @@ std::vector<float> NeighborDistances(const std::vector<Eigen::Vector3f>& points,
 
 }  // namespace
 
-// pcl::StatisticalOutlierRemoval's filter (Rusu et al. 2008), its searches over threads.
+// The filter of pcl::StatisticalOutlierRemoval (Rusu et al. 2008), with searches on several
+// threads.
 std::vector<int> StatisticalInliers(const std::vector<Eigen::Vector3f>& points, int neighbors,
                                     double stddev_factor, Backend* backend) {
   std::vector<int> kept;

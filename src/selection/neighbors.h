@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Neighbor queries on 3D points: the only door to PCL in this folder.
+// Neighbor queries on 3D points. Only its .cc includes PCL in this folder.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,10 @@
 
 namespace retint {
 
-// Indices, ascending, of the points that survive PCL's StatisticalOutlierRemoval: those whose mean
-// distance to their `neighbors` nearest does not exceed mean + stddev_factor * standard deviation
-// of that distance over all points. With no more points than `neighbors` + 1, all survive. The
-// search runs on `backend` where it supports that, with the same result; null: on the host.
+// Ascending indices of the points that PCL's StatisticalOutlierRemoval keeps. It drops a point if
+// its mean distance to its `neighbors` nearest exceeds mean + stddev_factor * standard deviation of
+// that distance over all points. All of `neighbors` + 1 or fewer points are kept. Searches on
+// `backend` if it can, with the same result; null: on the host.
 std::vector<int> StatisticalInliers(const std::vector<Eigen::Vector3f>& points, int neighbors,
                                     double stddev_factor, Backend* backend = nullptr);
 
@@ -27,7 +27,7 @@ struct Neighbor {
 // The `count` nearest other points of every point, nearest first: [points, count].
 std::vector<Neighbor> NearestNeighbors(const std::vector<Eigen::Vector3f>& points, int count);
 
-// A k-d tree over points that it keeps a copy of.
+// A k-d tree over a copy of points.
 class PointTree {
  public:
   explicit PointTree(const std::vector<Eigen::Vector3f>& points);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether another view should be painted, and which: a quick look after a selection, of which
-// SuggestViews() (selection/suggestion.h) is the whole.
+// Whether to paint another view, and which one: a quick look after a selection. SuggestViews()
+// (selection/suggestion.h) is the full search.
 #pragma once
 
 #include <optional>
@@ -13,15 +13,15 @@
 namespace retint {
 
 struct PaintAdvice {
-  std::string view;      // the group whose paint settles most, of those that were looked at
-  double uncertain = 0;  // share of the Gaussians that touch the selection, by pixels in all views
-  double settles = 0;    // share of that which the group's paint would settle
+  std::string view;      // group whose paint settles most, of those that were tried
+  double uncertain = 0;  // part of the Gaussians that touch the selection, by pixels in all views
+  double settles = 0;    // fraction of that which paint on the group would settle
 };
 
-// Empty if no group's paint would settle 5 % of the Gaussians that touch the selection: then more
-// paint changes little. A Gaussian touches the selection if its share is that of the Gaussians that
-// a fit changes, or if it is undecided. Looks at twelve groups at most, drawn small. `shares`,
-// `confidence` and `visible` are [N], as ProjectedMasks has them.
+// nullopt if no group's paint would settle 5 % of the Gaussians that touch the selection: more
+// paint then changes little. A Gaussian touches the selection if its share is so large that a fit
+// changes it, or if it is undecided. Tries at most twelve groups, drawn small. `shares`,
+// `confidence` and `visible` are [N], from ProjectedMasks.
 std::optional<PaintAdvice> AdvisePaint(Renderer& renderer, const Reconstruction& reconstruction,
                                        const std::vector<ViewGroup>& groups,
                                        const std::vector<std::string>& painted,

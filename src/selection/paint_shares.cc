@@ -16,7 +16,7 @@ std::vector<float> PaintShares(Renderer& renderer, const PosedCamera& view, cons
               "the paint is not of its view's size");
   Backend& backend = renderer.backend();
   const auto paint = backend.Upload(std::span<const uint8_t>(mask.data));
-  const auto sums = backend.Allocate<double>(2 * count);  // painted, altogether
+  const auto sums = backend.Allocate<double>(2 * count);  // painted, in total
   backend.blend().AccumulateShares(*renderer.Geometry(view), paint.data(), sums.data());
   const std::vector<double> seen = backend.Download(sums.data(), sums.size());
   double visible = 0, pixels = 0;

@@ -21,12 +21,12 @@
 namespace retint {
 namespace {
 
-constexpr int64_t kGrain = 2048;  // points a piece of a parallel loop
+constexpr int64_t kGrain = 2048;  // points per task
 constexpr int kLeastPoints = 12;  // fewer usable points: identity
-// Points relatively further than this from the depth map are taken for occluded or wrong.
+// Sparse points relatively farther than this from the depth map are occluded or wrong.
 constexpr double kMostRelativeDepth = 0.15;
 
-// The values of make(i), a std::optional<T>, for i in [0, count), in order; over threads.
+// The values of make(i), an std::optional<T>, for i in [0, count), in order; on several threads.
 template <typename T, typename Make>
 std::vector<T> Collect(size_t count, const Make& make) {
   constexpr int64_t kPiece = 64;
@@ -108,8 +108,8 @@ LocalCloud PointsOfView(const SelectionCloud& cloud, const PosedCamera& view,
   return local;
 }
 
-// Whether the cloud is what unprojecting `depth` gives: then the map stands for the cloud, also in
-// the margin that the cloud does not reach.
+// Whether the cloud equals the unprojected `depth`. Then the map can replace the cloud, also in the
+// margin beyond the cloud.
 bool FollowsDepth(const SelectionCloud& cloud, const LocalCloud& local, const Camera& camera,
                   const DepthMap& depth) {
   if (!local.has_pixels || local.idx.empty()) return false;
@@ -127,7 +127,7 @@ bool FollowsDepth(const SelectionCloud& cloud, const LocalCloud& local, const Ca
   std::erase(shifts, kUnknown);
   constexpr double kSame = 1e-4;  // far below any depth error, far above float rounding
   if (shifts.size() * 2 <= local.idx.size()) return false;
-  // The median is below where most are.
+  // The median is below kSame if more than half of the shifts are.
   return std::ranges::count_if(shifts, [](double shift) { return shift < kSame; }) * 2 >
          std::ssize(shifts);
 }
@@ -147,16 +147,16 @@ std::vector<RegistrationPair> PairsFromDepth(const std::vector<Seen>& seen, cons
   });
 }
 
-// The cloud's surface where source pixel `pixel` looks: an affine fit of position over the source
-// pixels around, so that it holds however the cloud was moved. nullopt where few points are near or
-// they do not lie on one surface.
+// The cloud's surface seen in source pixel `pixel`: an affine fit of position over the source
+// pixels around it, which works however the cloud was moved. Returns nullopt if few points are
+// near, or if they do not lie on one surface.
 std::optional<RegistrationPair> SurfaceAtPixel(const SelectionCloud& cloud, const LocalCloud& local,
                                                const std::vector<int>& grid, const Camera& camera,
                                                const Eigen::Vector2d& pixel) {
   constexpr int kReach = 3;          // pixels
   constexpr int kLeast = 6;          // points
-  constexpr double kRoughness = 3;   // footprints, of the fit's root mean square
-  constexpr double kAligned = 0.95;  // length of the mean normal where the surface has one
+  constexpr double kRoughness = 3;   // footprints: largest root mean square error of the fit
+  constexpr double kAligned = 0.95;  // least length of the mean normal on one surface
   Eigen::Matrix3d normal_matrix = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();  // rows: 1, dx, dy; columns: position
   Eigen::Vector3d normal_sum = Eigen::Vector3d::Zero();
@@ -206,8 +206,8 @@ std::vector<RegistrationPair> PairsFromPixels(const SelectionCloud& cloud, const
   });
 }
 
-// Moves the cloud's end of each pair to the cloud point nearest to its sparse point once `at` is
-// applied.
+// After `at` is applied: replaces the cloud point of each pair by the one nearest to its sparse
+// point.
 void FindNearest(const LocalCloud& local, const RegistrationTransform& at,
                  std::vector<RegistrationPair>* pairs) {
   const RegistrationMap map(at);
@@ -223,7 +223,7 @@ void FindNearest(const LocalCloud& local, const RegistrationTransform& at,
   }
 }
 
-// Without source pixels (a cloud of another tool): the nearest cloud point.
+// For clouds without source pixels, of other tools: pairs with the nearest cloud point.
 std::vector<RegistrationPair> PairsFromNearest(const LocalCloud& local,
                                                const std::vector<Seen>& seen, double max_relative,
                                                const RegistrationTransform& at) {
@@ -238,8 +238,8 @@ std::vector<RegistrationPair> PairsFromNearest(const LocalCloud& local,
   return pairs;
 }
 
-// Drops pairs behind the camera and those whose depth ratio is far from the median's: a sparse
-// point on something else. About the median, so that a wrong scale of the cloud drops none.
+// Drops pairs behind the camera, and pairs with a depth ratio far from the median: the sparse point
+// is on something else. Relative to the median, so that a wrong scale of the cloud drops none.
 void DropOccluded(double max_relative, std::vector<RegistrationPair>* pairs) {
   std::erase_if(*pairs, [](const RegistrationPair& pair) {
     return !(pair.cloud.z() > 0) || !(pair.sparse.z() > 0);
@@ -278,14 +278,14 @@ RegistrationTransform AboutCloud(const LocalCloud& local) {
   return transform;
 }
 
-// The noise is estimated before the fit, where a disturbance inflates it, and again after.
+// Fits with the noise before the fit, which a disturbance inflates, then with the noise after it.
 std::string FitAllTwice(const std::vector<RegistrationPair>& pairs,
                         RegistrationTransform* transform) {
   FitAll(pairs, DepthNoise(pairs, *transform), transform);
   return FitAll(pairs, DepthNoise(pairs, *transform), transform);
 }
 
-constexpr int kNearestRounds = 10;  // of pairing and fitting, without source pixels
+constexpr int kNearestRounds = 10;  // pairings and fits, without source pixels
 
 struct Candidate {
   RegistrationTransform transform;
@@ -300,7 +300,7 @@ void Apply(const RegistrationTransform& transform, const LocalCloud& local,
     auto& point = cloud->points[local.idx[i]];
     const Eigen::Vector3d& before = local.in_cam[i];
     const Eigen::Vector3d after = map * before;
-    // A plane 1 = n.x / d becomes, with 1/z' = a/z + b, 1 = (a n/d + b e_z).x'.
+    // The plane 1 = n.x / d becomes 1 = (a n/d + b e_z).x' under 1/z' = a/z + b.
     Eigen::Vector3d normal = local.normals[i];
     const double offset = normal.dot(before);
     if (offset < 0) {
@@ -325,7 +325,7 @@ Sim3d InWorld(const Sim3d& in_cam, const Rigid3d& cam_from_world) {
   return sim;
 }
 
-// No point may be pushed behind the camera or to infinity by the depth correction.
+// Whether the depth correction keeps all points in front of the camera, at finite depths.
 bool IsUsable(const RegistrationTransform& transform, const LocalCloud& local) {
   return transform.a > 0 &&
          std::all_of(local.in_cam.begin(), local.in_cam.end(), [&](const Eigen::Vector3d& point) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Registration of a selection's depth and cloud to COLMAP's sparse points.
+// Registers the depth and cloud of a selection to COLMAP's sparse points.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace retint {
 
-// Pixels that the mask is dilated by when sparse points are gathered.
+// The mask is dilated by this many pixels to gather sparse points.
 inline constexpr int kRegistrationMargin = 15;
 
 struct RegistrationOptions {
@@ -33,11 +33,11 @@ struct RegistrationSummary {
   std::string BriefReport() const;
 };
 
-// Estimates, robustly, 1/d' = a/d + b and then a small Sim(3), with priors at identity, and applies
-// them to `cloud` when they do not make the held-out residual worse. `depth` is the map that the
-// cloud of `view` was made from. `training_view` is the view of `reconstruction` that `view` is the
-// camera of: its observations choose the sparse points. It is null for a free camera, where all
-// sparse points inside the mask count.
+// Estimates 1/d' = a/d + b and then a small Sim(3), robustly and with priors at identity. Applies
+// them to `cloud` unless they make the held-out residual worse. `depth` is the map from which the
+// cloud of `view` was made. `training_view` is the view of `reconstruction` with the camera `view`;
+// its observations choose the sparse points. null: a free camera, for which all sparse points
+// inside the mask count.
 RegistrationSummary Register(SelectionCloud& cloud, const PosedCamera& view,
                              const View* training_view, const Mask& mask, const DepthMap& depth,
                              const Reconstruction& reconstruction,

@@ -16,9 +16,9 @@ constexpr double kDepthPrior = 0.1;        // of a, and of b times the depth
 constexpr double kLogScalePrior = 0.1;     // of the similarity's scale
 constexpr double kAnglePrior = 0.05;       // radians
 constexpr double kTranslationPrior = 0.1;  // of the depth
-constexpr double kSlideFactor = 3;         // sigma within the plane over sigma along the normal
+constexpr double kSlideFactor = 3;         // sigma along the plane over sigma along the normal
 
-// [v], with [v] x = v x x.
+// The matrix [v] with [v] x = v x x.
 Eigen::Matrix3d Cross(const Eigen::Vector3d& v) {
   Eigen::Matrix3d cross;
   cross << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
@@ -31,7 +31,7 @@ double MedianDepth(const std::vector<RegistrationPair>& pairs) {
   return Median(std::move(depths));
 }
 
-// Linear in a and b.
+// The residual is linear in a and b.
 class DepthCost : public ceres::SizedCostFunction<1, 2> {
  public:
   DepthCost(const RegistrationPair& pair, double noise)
@@ -62,7 +62,7 @@ struct DepthPrior {
   }
 };
 
-// The unknowns as Ceres has them, and the map that they stand for wherever Ceres evaluates.
+// The unknowns in Ceres's layout, and the transform that follows from them at each evaluation.
 class Unknowns : public ceres::EvaluationCallback {
  public:
   explicit Unknowns(const RegistrationTransform& start) : transform_(start), map_(start) {
@@ -91,13 +91,13 @@ class Unknowns : public ceres::EvaluationCallback {
   double ab[2], similarity[7];  // log scale, angle-axis (3), translation (3)
 
  private:
-  RegistrationTransform transform_;  // its center stays
+  RegistrationTransform transform_;  // its center does not change
   RegistrationMap map_;
 };
 
 class PairCost : public ceres::SizedCostFunction<3, 2, 7> {
  public:
-  // `weight` has rows: directions over their sigma.
+  // Rows of `weight`: directions over their sigma.
   PairCost(const RegistrationPair& pair, const Eigen::Matrix3d& weight, const Unknowns& unknowns)
       : pair_(pair), weight_(weight), unknowns_(unknowns) {}
 
@@ -113,7 +113,7 @@ class PairCost : public ceres::SizedCostFunction<3, 2, 7> {
 
  private:
   template <int columns>
-  using Rows = Eigen::Map<Eigen::Matrix<double, 3, columns, Eigen::RowMajor>>;  // as Ceres has them
+  using Rows = Eigen::Map<Eigen::Matrix<double, 3, columns, Eigen::RowMajor>>;  // in Ceres's order
 
   const RegistrationPair& pair_;
   Eigen::Matrix3d weight_;
@@ -144,7 +144,7 @@ Eigen::Matrix3d Weight(const RegistrationPair& pair, double noise) {
   return weight;
 }
 
-// Costs and losses belong to the caller, as it takes thousands of costs at once.
+// The caller owns costs and losses, and can allocate thousands of costs at once.
 ceres::Problem::Options BorrowingOptions() {
   ceres::Problem::Options options;
   options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -154,11 +154,11 @@ ceres::Problem::Options BorrowingOptions() {
 
 std::string Solve(ceres::Problem& problem) {
   ceres::Solver::Options options;
-  // Nine unknowns, whose priors keep the normal equations well conditioned, and thousands of rows.
+  // Nine unknowns and thousands of rows. Priors keep the normal equations well conditioned.
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
   options.max_num_iterations = 100;
   options.logging_type = ceres::SILENT;
-  options.num_threads = 1;  // the sum's order, and so the result, does not depend on the machine
+  options.num_threads = 1;  // fixes the order of sums, so that results do not depend on the machine
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   return std::string(ceres::TerminationTypeToString(summary.termination_type)) + " after " +
@@ -176,9 +176,9 @@ Sim3d RegistrationTransform::Similarity() const {
   return sim;
 }
 
-// With R the rotation by w, dR x = -[R x] J dw, where
-//   J = I + (1 - cos |w|) / |w|^2 [w] + (|w| - sin |w|) / |w|^3 [w]^2
-// and [w] y = w x y (the left Jacobian of SO(3); Sola et al. 2018, "A micro Lie theory", eq. 145).
+// The rotation R by w changes as dR x = -[R x] J dw. The left Jacobian of SO(3) is
+//   J = I + (1 - cos |w|) / |w|^2 [w] + (|w| - sin |w|) / |w|^3 [w]^2 with [w] y = w x y.
+// Source: Sola et al. 2018, "A micro Lie theory", eq. 145.
 RegistrationMap::RegistrationMap(const RegistrationTransform& transform)
     : a_(transform.a),
       b_(transform.b),
@@ -187,7 +187,7 @@ RegistrationMap::RegistrationMap(const RegistrationTransform& transform)
       scaled_rotation_(similarity_.scale * similarity_.rotation.toRotationMatrix()) {
   const Eigen::Matrix3d w = Cross(transform.angle_axis);
   const double angle = transform.angle_axis.norm();
-  constexpr double kTiny = 1e-8;  // its square is below a double's rounding of 1
+  constexpr double kTiny = 1e-8;  // its square is below the rounding of 1 in double precision
   turn_by_angle_axis_ = Eigen::Matrix3d::Identity() + 0.5 * w;
   if (angle < kTiny) return;
   const double half = std::sin(0.5 * angle) / angle;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The least-squares problems of the registration: the only door to Ceres in this folder.
+// The least-squares problems of the registration. Only its .cc includes Ceres in this folder.
 #pragma once
 
 #include <string>
@@ -11,8 +11,8 @@
 
 namespace retint {
 
-// A cloud point and the sparse point that it should coincide with, both in the reference camera's
-// frame. `normal` is the surface's unit normal there, or zero where it is not to be trusted.
+// A cloud point and its sparse point, which should coincide, in the reference camera's frame.
+// `normal` is the surface's unit normal there, or zero if it is unreliable.
 struct RegistrationPair {
   Eigen::Vector3d cloud = Eigen::Vector3d::Zero();
   Eigen::Vector3d sparse = Eigen::Vector3d::Zero();
@@ -32,7 +32,7 @@ struct RegistrationTransform {
   Sim3d Similarity() const;  // the second part, cam_from_corrected
 };
 
-// A transform for many points: their common part is worked out once.
+// A transform for many points. It computes their common part once.
 class RegistrationMap {
  public:
   explicit RegistrationMap(const RegistrationTransform& transform);
@@ -41,7 +41,7 @@ class RegistrationMap {
   }
   const Sim3d& similarity() const { return similarity_; }
 
-  // Of the moved point by a, b, log_scale, angle_axis, translation.
+  // Of the moved point with respect to a, b, log_scale, angle_axis, translation.
   using Derivatives = Eigen::Matrix<double, 3, 9>;
   Derivatives DerivativesAt(const Eigen::Vector3d& point_in_cam) const;
 
@@ -53,19 +53,19 @@ class RegistrationMap {
   Eigen::Matrix3d turn_by_angle_axis_;  // see the constructor
 };
 
-// Robust spread (1.4826 * median |.|) of the pairs' depth ratio log(z_sparse / z_cloud) about its
-// median, at least 0.1 %: the unit of the residuals below.
+// Robust spread of the depth ratio log(z_sparse / z_cloud) of the pairs, 1.4826 * median |.| about
+// its median; at least 0.1 %. It is the unit of the residuals below.
 double DepthNoise(const std::vector<RegistrationPair>& pairs, const RegistrationTransform& at);
 
-// Fits a and b alone: residual ((a / z_cloud + b) z_sparse - 1) / noise, Cauchy of scale 1, priors
-// of 10 % at a = 1, b = 0. Held-out pairs are left out. Returns why Ceres stopped.
+// Fits only a and b: residual ((a / z_cloud + b) z_sparse - 1) / noise, Cauchy loss of scale 1,
+// priors of 10 % at a = 1, b = 0. Ignores held-out pairs. Returns why Ceres stopped.
 std::string FitDepth(const std::vector<RegistrationPair>& pairs, double noise,
                      RegistrationTransform* transform);
 
-// Refines everything: point-to-plane in units of noise * z where the normal is good, with a tie
-// three times weaker within the plane (the pair shares a pixel, so sliding is wrong too);
-// point-to-point elsewhere. Cauchy of scale 1 a pair; priors of 10 % on a, b and scale, 3 degrees
-// on rotation, 10 % of the depth on translation.
+// Refines everything. With a good normal: point-to-plane in units of noise * z, and three times
+// weaker along the plane, because both points come from one pixel. Otherwise point-to-point. Cauchy
+// loss of scale 1 per pair. Priors: 10 % on a, b and scale, 3 degrees on rotation, 10 % of the
+// depth on translation.
 std::string FitAll(const std::vector<RegistrationPair>& pairs, double noise,
                    RegistrationTransform* transform);
 

@@ -52,10 +52,10 @@ void DropOutliers(const CloudOptions& options, Backend* backend,
   points->resize(kept);
 }
 
-// Of the painted pixels those with depth, in order; counts all of them.
+// The indices of painted pixels with depth, in order. `painted` counts all painted pixels.
 std::vector<size_t> PixelsWithDepth(const Mask& mask, const DepthMap& depth, int64_t* painted) {
   *painted = std::count_if(mask.data.begin(), mask.data.end(), [](uint8_t m) { return m > 0; });
-  constexpr int kRows = 32;  // of a band
+  constexpr int kRows = 32;  // per task
   std::vector<std::vector<size_t>> bands(static_cast<size_t>((mask.height + kRows - 1) / kRows));
   ParallelTasks(int64_t(bands.size()), [&](size_t band) {
     const int first = static_cast<int>(band) * kRows, last = std::min(first + kRows, mask.height);

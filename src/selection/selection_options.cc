@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The options of this folder, described.
+// Describes the options of this folder.
 #include "selection/mask_projector.h"
 #include "selection/registration.h"
 #include "selection/selection_cloud.h"

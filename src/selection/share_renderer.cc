@@ -14,15 +14,15 @@
 namespace retint {
 namespace {
 
-// How far a mask's border may be soft, of the picture's smaller side.
+// How wide a mask's soft border may be, as a fraction of the picture's smaller side.
 constexpr double kSoftBorder = 0.01;
 constexpr int64_t kGrain = 16384;  // Gaussians
 
-// The shares, drawn to the threshold the more surely a Gaussian floats: it then changes no sum from
-// below the threshold to above it, nor back.
+// Moves the share of a Gaussian toward the threshold, the more surely it is a floater. A share at
+// the threshold moves no pixel across it.
 std::vector<float> Votes(const std::vector<float>& shares, const ProjectorOptions& options,
                          const std::vector<float>& floating) {
-  constexpr float kRamp = 0.1f;  // to both sides of the floating ones' threshold
+  constexpr float kRamp = 0.1f;  // floating within kFloating -+ kRamp is partly solid
   const auto neutral = float(options.share_threshold);
   std::vector<float> votes(shares.size());
   ParallelRanges(int64_t(votes.size()), kGrain, [&](int64_t first, int64_t last) {
@@ -94,7 +94,7 @@ void RenderMasks(Renderer& renderer, const Reconstruction& reconstruction,
     group->clear();
   };
   std::vector<Drawn> drawn_before, drawn;
-  // Backwards: the geometries cached last are those of the last views.
+  // Backwards, because the geometry cache holds the last views.
   for (size_t left = views.size(); left > 0;) {
     for (; left > 0 && drawn.size() < kGroup; --left) {
       step();

@@ -10,7 +10,7 @@
 
 namespace retint {
 
-// The same view of 100,000 pixels at most, as many as strokes are solved on
+// The same view with at most 100,000 pixels, as many as strokes are solved on
 // (mask_tools/scribbles.h).
 inline PosedCamera Shrunk(PosedCamera view) {
   constexpr double kMaxPixels = 100'000;

@@ -15,28 +15,28 @@ namespace retint {
 namespace {
 
 constexpr std::string_view kStage = "suggestion";
-constexpr double kKnownFraction = 0.5;  // of the visibility from which on a Gaussian is settled
-constexpr double kLeastDoubt = 0.01;    // pixels; less is left out
+constexpr double kKnownFraction = 0.5;  // of the visibility; from here on, a Gaussian is settled
+constexpr double kLeastDoubt = 0.01;    // pixels; smaller doubts are ignored
 
-// A Gaussian that is not certain.
+// An uncertain Gaussian.
 struct Doubt {
   size_t gaussian = 0;
   double visible = 0, doubt = 0;  // pixels; in [0, 1]
 };
 
-// A group, and the pixels of its views in which each doubtful Gaussian shows.
+// A group, and the visible pixels of each uncertain Gaussian in its views.
 struct Candidate {
   std::string name;
   std::vector<float> sees;  // [doubts]
 };
 
-// W^T 1 of one view, of every Gaussian.
+// W^T 1 of one view for every Gaussian.
 class VisibilityLifter {
  public:
   VisibilityLifter(Renderer& renderer, bool draws_small)
       : renderer_(renderer), draws_small_(draws_small) {}
 
-  // In pixels of the view, also if it is drawn small.
+  // In pixels of the full view, even if it is drawn small.
   std::vector<float> Lift(const PosedCamera& view) {
     const bool small = draws_small_ && !renderer_.HasGeometry(view);
     const PosedCamera posed = small ? Shrunk(view) : view;
@@ -163,7 +163,7 @@ std::vector<ViewSuggestion> Suggest(Renderer& renderer, const Reconstruction& re
   return result;
 }
 
-// At most `most` of them, spread evenly.
+// At most `most` groups, spread evenly.
 std::vector<ViewGroup> Some(const std::vector<ViewGroup>& groups, size_t most) {
   if (groups.size() <= most) return groups;
   std::vector<ViewGroup> some;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which view or photo to paint next: the one whose paint would decide most of the uncertain
-// Gaussians.
+// Which view or photo to paint next: the one whose paint would decide the largest part of the
+// uncertain Gaussians.
 #pragma once
 
 #include <span>
@@ -13,8 +13,8 @@
 
 namespace retint {
 
-// The pictures that are painted at once: a view or, by the photo's name, the views that show a
-// photo.
+// Views that are painted together: a single view, or all views of one photo, under the photo's
+// name.
 struct ViewGroup {
   std::string name;
   std::vector<const View*> views;
@@ -22,22 +22,22 @@ struct ViewGroup {
 
 struct ViewSuggestion {
   std::string view;  // the group's name
-  // The part that paint on this group would decide, once those suggested before it are painted: sum
-  // over the Gaussians of (1 - confidence) times the pixels in which they show, over all views.
+  // The part that paint on this group would decide after the suggestions before it: the sum over
+  // the Gaussians of (1 - confidence) times their visible pixels in all views.
   double settles = 0;
-  double fraction = 0;  // of all that is uncertain
+  double fraction = 0;  // of the sum over all uncertain Gaussians
 };
 
-// Whether a suggestion would settle anything. Nothing is uncertain where paint shows the whole
-// object, and where it covers too few Gaussians to complete the selection from them.
+// Whether a suggestion would decide anything. None does if paint already shows the whole object, or
+// if it covers too few Gaussians to complete the selection.
 bool SettlesAnything(std::span<const ViewSuggestion> suggestions);
 
-// The best groups first. The first `count` take into account that those before them settle a part;
-// the rest follow by the part that they would settle by themselves. A Gaussian is settled in
-// proportion to its visibility in the views of a group together, and altogether from half of its
-// visibility on, as in a completion (selection/completion.h). `confidence` and `visible` are [N],
-// as ProjectedMasks has them; no group is suggested whose name, or a view's of it, is in `painted`.
-// OptionError for arrays of another size. Cancelled between views.
+// The best groups first. The first `count` each assume that those before them are painted; the
+// others follow by the part that they would settle on their own. A group settles a Gaussian in
+// proportion to its visibility in the views of the group, and completely from half of it on, as in
+// a completion (selection/completion.h). `confidence` and `visible` are [N], from ProjectedMasks. A
+// group is left out if its name or one of its views is in `painted`. OptionError for arrays of
+// another size. Cancelled between views.
 std::vector<ViewSuggestion> SuggestViews(Renderer& renderer, const Reconstruction& reconstruction,
                                          const std::vector<ViewGroup>& groups,
                                          const std::vector<std::string>& painted,

@@ -13,10 +13,10 @@
 namespace retint {
 namespace {
 
-constexpr size_t kBatchViews = 8;    // of three batches that are under way
-constexpr double kMaxSpread = 0.03;  // of a depth sample's four pixels
+constexpr size_t kBatchViews = 8;    // per batch; three batches are in work at a time
+constexpr double kMaxSpread = 0.03;  // of the four pixels of a depth sample
 
-// The sparse points that a view observes, as it should see them.
+// The sparse points that a view observes: their pixels and their true depths.
 struct SparseDepths {
   std::vector<double> pixels;  // [n, 2]
   std::vector<double> z;       // [n]
@@ -61,7 +61,7 @@ DepthBias FitDepthBias(std::span<const double> rendered, std::span<const double>
     return Median(scratch);
   };
   const double depth = median([](const Pair& pair) { return pair.sparse; });
-  // Residual (a / z_rendered + b) z_sparse - 1 in the unknowns (a, b * depth).
+  // Residual (a / z_rendered + b) z_sparse - 1 of the unknowns (a, b * depth).
   const auto residual = [&](const Pair& pair) {
     return (bias.a / pair.rendered + bias.b) * pair.sparse - 1;
   };
@@ -108,7 +108,7 @@ class SurfaceDrawer {
         sparse_(requests.size()),
         pixels_(requests.size()) {}
 
-  // Finds the sparse points of the views that come next.
+  // Finds the sparse points of the next views.
   void FindSparse() {
     const size_t first = found_;
     found_ = std::max(found_, std::min(next_ + kBatchViews, requests_.size()));
@@ -120,7 +120,7 @@ class SurfaceDrawer {
     }
   }
 
-  // Queues the depths of as many views as there is room for, and their samples.
+  // Queues the depths of as many views as fit, and the samples at their sparse points.
   SurfaceBatch Draw() {
     FindSparse();
     SurfaceBatch batch;
@@ -146,7 +146,7 @@ class SurfaceDrawer {
     return batch;
   }
 
-  // Finds the corrections of the views that were drawn and waited for.
+  // Fits the corrections of views whose samples have arrived.
   void Fit(SurfaceBatch* batch) {
     if (batch->surfaces.empty()) return;
     const auto* samples = static_cast<const double*>(batch->arrival->Wait());
@@ -161,7 +161,7 @@ class SurfaceDrawer {
     });
   }
 
-  // Queues the corrections, and the work on the surfaces.
+  // Queues the corrections, then the work of `visit`.
   void Finish(SurfaceBatch batch, const std::function<void(size_t, ViewSurface)>& visit) {
     for (size_t i = 0; i < batch.surfaces.size(); ++i) {
       ViewSurface& surface = batch.surfaces[i];
@@ -185,7 +185,7 @@ class SurfaceDrawer {
   }
 
   ViewSurface DrawOne(const SurfaceRequest& request) {
-    constexpr float kOpaque = 0.5f;  // a pixel less opaque than this shows no surface
+    constexpr float kOpaque = 0.5f;  // a less opaque pixel shows no surface
     ViewSurface surface;
     surface.geometry = renderer_.Geometry(request.posed, request.cache);
     const CameraParams& camera = surface.geometry->camera();
@@ -209,10 +209,10 @@ class SurfaceDrawer {
   const Reconstruction& reconstruction_;
   const std::vector<SurfaceRequest>& requests_;
   const SurfaceOptions& options_;
-  size_t found_ = 0, next_ = 0;                // requests whose points are known; that are drawn
-  std::vector<SparseDepths> sparse_;           // [requests], of those that are under way
-  std::vector<Buffer<double>> pixels_;         // theirs
-  size_t held_bytes_ = 0, largest_bytes_ = 0;  // of all surfaces under way; of one, so far
+  size_t found_ = 0, next_ = 0;                // requests with known sparse points; drawn requests
+  std::vector<SparseDepths> sparse_;           // [requests], of those in work
+  std::vector<Buffer<double>> pixels_;         // their pixels
+  size_t held_bytes_ = 0, largest_bytes_ = 0;  // of all surfaces in work; the largest one so far
 };
 
 }  // namespace
@@ -224,7 +224,7 @@ void RenderSurfaces(Renderer& renderer, const Reconstruction& reconstruction,
   SurfaceBatch fitted, drawn = drawer.Draw();
   while (!fitted.surfaces.empty() || !drawn.surfaces.empty()) {
     drawer.FindSparse();
-    if (drawn.arrival) drawn.arrival->Wait();  // here, where a device has work for meanwhile
+    if (drawn.arrival) drawn.arrival->Wait();  // wait here, while the device has other work
     SurfaceBatch next = drawer.Draw();
     drawer.Finish(std::move(fitted), visit);
     if (next.surfaces.empty()) next = drawer.Draw();  // into the memory of a finished one

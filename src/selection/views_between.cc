@@ -15,11 +15,11 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kNarrow = 15 * kDegree + 1e-9;  // such a gap needs no view; but for rounding
-constexpr double kOpen = 180 * kDegree;          // such a gap is a side that nobody looked from
-constexpr double kUpright = 0.3;  // length of the mean vertical below which there is none
+constexpr double kNarrow = 15 * kDegree + 1e-9;  // a narrower gap needs no view; with rounding
+constexpr double kOpen = 180 * kDegree;          // nobody looked from the side of a wider gap
+constexpr double kUpright = 0.3;                 // least length of the mean vertical
 
-// The direction of a camera, seen from the middle.
+// A camera's direction and distance from the middle.
 struct Place {
   double around, height;  // angles
   double log_distance;
@@ -35,7 +35,7 @@ struct Gap {
   }
 };
 
-// Directions about a vertical.
+// Directions around a vertical.
 struct Compass {
   Vector3d up, east, north;
   explicit Compass(const Vector3d& vertical)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Views that no camera took, between those that cameras did: more sides from which a selection is
-// looked at, where cameras are few.
+// Views between the cameras: more sides to look at a selection from, for scenes with few cameras.
+// No camera took these.
 #pragma once
 
 #include <cstddef>
@@ -12,13 +12,13 @@
 
 namespace retint {
 
-// At most `count` views of `middle` with the pixels and the lens of `lens`. By their directions
-// from `middle`, about the mean vertical of the cameras, the cameras have gaps between them. Views
-// part these evenly, the widest first, until none is wider than 15 degrees. A gap of more than 180
-// degrees is left: nobody looked at the part beyond it. A view's height and distance change evenly
-// from the camera on one side of its gap to that on the other; it looks at `middle`. Cameras that
-// have `middle` behind them, or nearer than anything is drawn, do not count. None where fewer than
-// two cameras count, or where they have no common vertical.
+// At most `count` views of `middle` with the size and lens of `lens`. The cameras' directions from
+// `middle`, about their mean vertical, leave gaps. Views divide these evenly, the widest gap first,
+// until none is wider than 15 degrees. A gap of more than 180 degrees stays, because no camera saw
+// the part beyond it. Height and distance of a view change evenly from one camera of the gap to the
+// other, and it looks at `middle`. Cameras do not count if `middle` is behind them or nearer than
+// anything that is drawn. Empty if fewer than two cameras count, or if they have no common
+// vertical.
 std::vector<PosedCamera> ViewsBetween(const std::vector<PosedCamera>& cameras,
                                       const Eigen::Vector3d& middle, const Camera& lens,
                                       size_t count);

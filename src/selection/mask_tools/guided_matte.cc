@@ -21,7 +21,7 @@ constexpr int kGuide = 4;
 constexpr int kPairs = kGuide * (kGuide + 1) / 2;
 
 using Guide = PixelArray<float, kGuide>;
-// value = slope . guide + offset; a plane of each.
+// value = slope . guide + offset: one plane for each coefficient.
 using Functions = std::array<cv::Mat, kGuide + 1>;
 
 Eigen::Map<const Eigen::Vector4f> At(const Guide& guide, size_t pixel) {
@@ -45,13 +45,13 @@ void TakeMeans(std::array<cv::Mat, N>* planes, int radius) {
   });
 }
 
-// Shared by all mattes of one guide: its mean and the inverse of its covariance in every window.
+// Shared by all mattes of one guide: mean and inverse covariance of the guide in every window.
 class GuideWindows {
  public:
-  // Only where `used` is not 0.
+  // Only in pixels where `used` is not 0.
   GuideWindows(const Guide& guide, const cv::Mat& used, int radius, double variance)
       : guide_(guide), used_(used), radius_(radius) {
-    // Products of the guide with itself lose digits far from 0.
+    // Products of the guide with itself lose precision far from 0.
     Eigen::Vector4d center = Eigen::Vector4d::Zero();
     for (size_t p = 0; p < guide.NumPixels(); ++p) center += At(guide, p).cast<double>();
     origin_ = (center / double(std::max<size_t>(1, guide.NumPixels()))).cast<float>();
@@ -84,7 +84,7 @@ class GuideWindows {
     });
   }
 
-  // Of `values`, the means over all windows about a pixel.
+  // The functions of `values`: for each pixel, the means over all windows that contain it.
   Functions Fit(const ScalarImage& values) const {
     auto functions = Planes<kGuide + 1>(guide_.width, guide_.height);
     auto sums = Planes<kGuide + 1>(guide_.width, guide_.height);  // guide times value, value
@@ -132,8 +132,8 @@ class GuideWindows {
   std::vector<Eigen::Matrix4f> inverses_;
 };
 
-// The small pixels whose functions the wanted pixels of the large picture need: those of every
-// window that holds one beside which a wanted pixel lies.
+// The small pixels that wanted pixels of the large picture need: all windows that contain a
+// neighbor of a wanted pixel.
 cv::Mat UsedOf(const Mask& wanted, int width, int height, int radius) {
   cv::Mat used = cv::Mat::zeros(height, width, CV_8U);
   for (int y = 0; y < wanted.height; ++y) {
@@ -148,7 +148,7 @@ cv::Mat UsedOf(const Mask& wanted, int width, int height, int radius) {
   return used;
 }
 
-// The position of a pixel's middle among the middles of `to` others on the same length.
+// The position of a pixel's center among the centers of `to` pixels along the same length.
 struct Between {
   int first, second;
   float part;  // of the second

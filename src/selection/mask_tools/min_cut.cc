@@ -6,21 +6,21 @@
 #include <cstring>
 
 #include <opencv2/core.hpp>
-// The graph of OpenCV's GrabCut; it needs the two above.
+// The graph of OpenCV's GrabCut; it needs the two headers above.
 #include <opencv2/imgproc/detail/gcgraph.hpp>
 
 namespace retint {
 
 std::vector<uint8_t> MinCut(const EdgeMatrix& edges, std::span<const float> odds) {
   const size_t count = odds.size();
-  if (count == 0) return {};  // which OpenCV refuses
+  if (count == 0) return {};  // OpenCV refuses an empty graph
   cv::detail::GCGraph<float> graph(unsigned(count), unsigned(edges.other.size()));
   for (size_t i = 0; i < count; ++i) {
     graph.addTermWeights(graph.addVtx(), std::max(0.0f, odds[i]), std::max(0.0f, -odds[i]));
   }
   for (size_t i = 0; i < count; ++i) {
     for (size_t e = edges.begin[i]; e < edges.begin[i + 1]; ++e) {
-      if (size_t(edges.other[e]) <= i) continue;  // every edge once
+      if (size_t(edges.other[e]) <= i) continue;  // visit every edge once
       graph.addEdges(int(i), edges.other[e], edges.weight[e], edges.weight[e]);
     }
   }

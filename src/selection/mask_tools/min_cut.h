@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The cheapest division of a graph's nodes in two.
+// The cheapest division of a graph's nodes into two sets.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@
 namespace retint {
 
 // The x in {0, 1} that minimizes  sum_edges w_ij |x_i - x_j| - sum_i odds_i x_i,  by maximum flow
-// (Greig, Porteous and Seheult 1989; Boykov and Kolmogorov 2004). `odds`, of every node: log odds
-// of 1; those of a node whose value is given are large.
+// (Greig, Porteous and Seheult 1989; Boykov and Kolmogorov 2004). `odds`: log odds of 1 for every
+// node, large for nodes with a given value.
 std::vector<uint8_t> MinCut(const EdgeMatrix& edges, std::span<const float> odds);
 
 }  // namespace retint

@@ -17,15 +17,15 @@
 namespace retint {
 namespace {
 
-// Chosen on cape, fox, flower and one synthetic scene; docs/decisions/0011 says what else was
-// tried. Log odds by which the edge is looked for outward and inward.
+// Chosen on cape, fox, flower and one synthetic scene; docs/decisions/0011 lists rejected
+// alternatives. kFavors: log odds of "inside" that move the border outward and inward.
 constexpr std::array<double, 2> kFavors = {2, -2};
 constexpr float kLeastEdge = 0.05f;  // OKLab; less is a plain surface
-// Times the edge that the paint itself ends at.
+// An edge must be so many times stronger than the one at which the paint itself ends.
 constexpr float kStrongerOutward = 1.2f, kStrongerInward = 1.3f;
 
-// How much color and depth change across each pixel of `where`, 1 at most; 0 elsewhere. `where` is
-// of the rows of `features` from `top` on.
+// How much color and depth change across each pixel of `where`, at most 1; 0 elsewhere. Row 0 of
+// `where` is row `top` of `features`.
 cv::Mat EdgesAt(const cv::Mat& where, const PixelArray<float, 4>& features, int top) {
   constexpr std::array<std::pair<int, int>, 4> kDirections = {{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
   const int width = features.width, height = features.height;
@@ -50,8 +50,8 @@ cv::Mat EdgesAt(const cv::Mat& where, const PixelArray<float, 4>& features, int 
   return edges;
 }
 
-// Mean of `values` over the pixels of `where` that lie in a window about each pixel; 0 where there
-// are none.
+// The mean of `values` over the pixels of `where` in a window about each pixel; 0 if it has
+// none.
 cv::Mat MeanOver(const cv::Mat& values, const cv::Mat& where, int radius) {
   cv::Mat weight, sum, mean;
   where.convertTo(weight, CV_32F, 1.0 / 255);
@@ -68,16 +68,16 @@ const cv::Mat& Square() {
   return square;
 }
 
-// The pixels beside those of a shape.
+// The pixels next to a shape.
 cv::Mat RimOf(const cv::Mat& shape) {
   cv::Mat wider;
   cv::dilate(shape, wider, Square());
   return wider & ~shape;
 }
 
-// What the cut gives to a shape that is `shape` as it is painted and `grown` by the cut, where the
-// cut ends at an edge, and the paint at none or at a weaker one: the cut ends somewhere within
-// reach in any case. The shapes are of the rows of `features` from `top` on.
+// The pixels that the cut adds to the painted `shape`, for the parts of `grown` that end at an
+// edge. The cut always ends somewhere within reach, so the edge must be stronger than the one at
+// which the paint ends. Row 0 of the shapes is row `top` of `features`.
 cv::Mat GrownToEdge(const PixelArray<float, 4>& features, int top, const cv::Mat& shape,
                     const cv::Mat& grown, int reach, float stronger) {
   cv::Mat added = grown & ~shape;
@@ -86,17 +86,17 @@ cv::Mat GrownToEdge(const PixelArray<float, 4>& features, int top, const cv::Mat
   cv::Mat at, nearby;
   cv::dilate(cut_rim | shape_rim, at, Square());
   const cv::Mat edges = EdgesAt(at, features, top);
-  cv::dilate(edges, nearby, Square());  // the cut's border may be a pixel off
+  cv::dilate(edges, nearby, Square());  // the cut's border may be one pixel off
   const cv::Mat ahead = MeanOver(nearby, cut_rim, reach);
   const cv::Mat here = MeanOver(edges, shape_rim, reach);
   const cv::Mat least = cv::max(kLeastEdge, stronger * here);
   return added & (ahead > least);
 }
 
-// The same of all rows, in strips side by side, into `part` of `found`.
+// The same for all rows, in parallel strips, into `part` of `found`.
 void GrownToEdge(const PixelArray<float, 4>& features, const cv::Mat& shape, const cv::Mat& grown,
                  int reach, float stronger, const GridRect& part, Mask* found) {
-  const int strip = 4 * reach, margin = reach + 4;  // the pixels that the filters above look at
+  const int strip = 4 * reach, margin = reach + 4;  // the filters above read this far
   ParallelTasks((shape.rows + strip - 1) / strip, [&](int64_t i) {
     const int first = int(i) * strip, last = std::min(shape.rows, first + strip);
     const int top = std::max(0, first - margin);
@@ -117,7 +117,7 @@ ScalarImage FarFromBorder(const Mask& mask, int reach) {
   for (size_t p = 0; p < mask.data.size(); ++p) inside.data[p] = IsInside(mask.data[p]) ? 255 : 0;
   const cv::Mat window = cv::Mat::ones(2 * reach + 1, 2 * reach + 1, CV_8U);
   ParallelRanges(mask.height, 2 * window.rows, [&](int64_t begin, int64_t end) {
-    // The filters look at the rows beside these, too.
+    // The filters also read the rows next to these.
     const cv::Range rows(static_cast<int>(begin), static_cast<int>(end));
     cv::Mat wider, narrower;
     cv::dilate(inside.rowRange(rows), wider, window);

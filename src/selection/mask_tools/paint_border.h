@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Paint that stops a few pixels before or beyond the edge of the thing that was meant.
+// Where paint stops a few pixels before or beyond the edge of the object that the user meant.
 #pragma once
 
 #include "base/monitor.h"
@@ -7,20 +7,20 @@
 
 namespace retint {
 
-// The pixels in which paint misses the edge of color or depth at which the painted thing ends, by
-// as much as a hand does. Each is 255 there and 0 elsewhere, and empty where nothing was painted or
-// all.
+// Pixels between the border of the paint and the edge of the object, which a hand misses by a few
+// pixels. Each mask is 255 there and 0 elsewhere. Both are empty if no pixel or every pixel is
+// painted.
 struct MissedBorder {
-  Mask left_out;  // not painted (below 128), and before the edge
-  Mask spilled;   // painted, and beyond the edge
+  Mask left_out;  // unpainted (below 128), but inside the edge
+  Mask spilled;   // painted, but outside the edge
 };
 
-// Of the border of `mask`, up to `reach` pixels from where the paint ends. If the paint itself ends
-// at an edge, or there is none within reach, as on a plain wall, nothing was missed.
+// Looks for edges of color or depth up to `reach` pixels from the border of `mask`. Nothing is
+// missed if the paint itself ends at an edge, or if no edge is within reach, as on a plain wall.
 MissedBorder FindMissedBorder(const ViewLayers& layers, const Mask& mask, int reach,
                               Monitor& monitor);
 
-// 1 of every pixel that lies more than `reach` rows or columns from the border of `mask`, else 0.
+// 1 in pixels that lie more than `reach` rows or columns from the border of `mask`, else 0.
 ScalarImage FarFromBorder(const Mask& mask, int reach);
 
 }  // namespace retint

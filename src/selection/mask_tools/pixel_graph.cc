@@ -14,15 +14,15 @@
 namespace retint {
 namespace {
 
-constexpr double kSmoothness = 10;  // of a border between neighbors alike, in log odds
+constexpr double kSmoothness = 10;  // weight of a border between equal neighbors, in log odds
 constexpr double kLeastWeight = 0.01;
-constexpr double kValley = 3;       // logarithm of the part that a valley takes away of it
-constexpr double kStepCost = 0.01;  // of a pixel's width, in the distance along surfaces
+constexpr double kValley = 3;       // a sure crease multiplies it by exp(-kValley)
+constexpr double kStepCost = 0.01;  // length of a step of one pixel, in the distance along surfaces
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// A queue by distance (Dial 1969). Every step is longer than a bucket is wide, so that entries of
-// the first bucket that is not empty have their final distance, and nothing is added to that
-// bucket.
+// A queue by distance (Dial 1969). Every step is longer than a bucket is wide. So nothing
+// is added to the first bucket that is not empty, and its entries have their final
+// distance.
 class Buckets {
  public:
   struct Entry {
@@ -80,7 +80,7 @@ PixelGraph::PixelGraph(const PixelArray<float, 4>& features, const ScalarImage& 
   });
   const int64_t across = int64_t(width - 1) * (height - 1);
   const int64_t pairs = int64_t(width) * (height - 1) + int64_t(height) * (width - 1) + 2 * across;
-  contrast_ = double(pairs) / std::max(1e-9, sum);  // each pair is in the sum twice
+  contrast_ = double(pairs) / std::max(1e-9, sum);  // the sum has each pair twice
 }
 
 double PixelGraph::Valley(size_t from, size_t to) const {

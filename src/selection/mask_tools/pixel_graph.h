@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The pixels of a picture as a graph, in which strokes are given and borders are looked for.
+// The pixels of a picture as a graph. Strokes give some pixels a side, and a cut finds the border.
 #pragma once
 
 #include <cstddef>
@@ -11,30 +11,30 @@
 
 namespace retint {
 
-// The given side of a pixel, or nothing.
+// The side that a stroke gives a pixel, if any.
 enum class Seed : uint8_t { kNone, kInside, kOutside };
 
-// The pixels that are not given, in their order.
+// Pixels without a stroke, in order.
 struct FreePixels {
   std::vector<int> pixels;
   EdgeMatrix edges;          // between them: indices into `pixels`
-  std::vector<float> steps;  // of each edge: the change of the features along it, and its length
-  std::vector<float> given;  // log odds of "inside" by the given pixels beside each
-  // The least step to a given pixel of each kind beside each, infinity where there is none.
+  std::vector<float> steps;  // of each edge: its length, from the change of the features along it
+  std::vector<float> given;  // for each: log odds of "inside" from neighbors with strokes
+  // For each: the shortest step to a neighbor with a stroke of this side; infinity if it has none.
   std::vector<float> to_inside, to_outside;
 
-  // Least sum of steps through free pixels from each to any seed of that kind (Dijkstra 1959);
-  // infinity where there is no way.
+  // For each pixel: the shortest way through free pixels to a stroke of that side (Dijkstra 1959);
+  // infinity if no way leads there.
   std::vector<float> DistancesTo(Seed kind) const;
 };
 
-// Each pixel with its four neighbors and the four across.
+// Each pixel is joined with its eight neighbors.
 class PixelGraph {
  public:
-  // `features`: OKLab and depth (view_layers.h); `valleys` of the same size (surface_edges.h),
-  // which stay alive. A border between two pixels costs most where they are alike and no valley
-  // lies between them. The picture's own contrast says what is alike (Boykov and Jolly 2001). A
-  // step over a valley is as long as a change of the features by `valley_cost`.
+  // `features`: OKLab and depth (view_layers.h). `valleys`: creases, of the same size
+  // (surface_edges.h). Both must outlive this. A border costs most between similar pixels without a
+  // crease between them; the picture's contrast decides what is similar (Boykov and Jolly 2001). A
+  // step over a crease is as long as a change of the features by `valley_cost`.
   PixelGraph(const PixelArray<float, 4>& features, const ScalarImage& valleys, double valley_cost);
 
   FreePixels Free(const std::vector<Seed>& seeds) const;
@@ -42,7 +42,7 @@ class PixelGraph {
  private:
   static constexpr int kWindow = 9;  // a pixel and its neighbors, row by row
 
-  // visit(neighbor, squared change of the features, length in pixels), neighbors ascending.
+  // Calls visit(neighbor, squared change of the features, length in pixels) in ascending order.
   template <typename Visit>
   void ForNeighbors(size_t pixel, const Visit& visit) const;
   float Weight(size_t from, size_t to, float squared, double length) const;

@@ -18,17 +18,17 @@
 namespace retint {
 namespace {
 
-// Parts of a step's cost, as Mortensen and Barrett weigh them.
+// Weights of the parts of a step's cost, as in Mortensen and Barrett.
 constexpr double kNoEdge = 0.43, kAcross = 0.43, kFlat = 0.14;
 constexpr double kLeastCost = 1e-3;
-constexpr double kStrong = 200;  // the Sobel gradient of 8-bit values from which on none is flat
-// How far a piece may lie beside its straight line, and the extra cost of a step there.
+constexpr double kStrong = 200;  // from this Sobel gradient of 8-bit values on, no step is flat
+// How far a piece may be from its straight line, and the extra cost of a step there.
 constexpr double kReach = 1 / 3.0, kLeastReach = 8;  // of the line's length; pixels
 constexpr double kAside = 0.2;
 
 struct Edges {
   cv::Mat on;     // 8 bits, 0: none
-  cv::Mat along;  // two floats: the edge's direction, as long as its gradient's part of kStrong
+  cv::Mat along;  // two floats: the edge's direction, scaled by its gradient over kStrong
 };
 
 Edges FindEdges(const Image& color) {
@@ -62,8 +62,8 @@ Edges FindEdges(const Image& color) {
   return edges;
 }
 
-// The cheapest way of pixels from `from` to `to` that stays beside the straight line (Dijkstra
-// 1959): along edges where there are some, else the line itself.
+// The cheapest way of pixels from `from` to `to` that stays near the straight line (Dijkstra 1959).
+// It follows edges if there are some, otherwise the line.
 class Piece {
  public:
   Piece(const Edges& edges, const cv::Point& from, const cv::Point& to)
@@ -101,7 +101,7 @@ class Piece {
     return {box_.x + index % box_.width, box_.y + index / box_.width};
   }
 
-  // From the straight line, over how far the piece may lie from it.
+  // Distance from the straight line, over the largest allowed one.
   double Aside(const cv::Point& p) const {
     const cv::Point2d away = p - from_, line = line_;
     const double along = std::clamp(away.dot(line) / (length_ * length_), 0.0, 1.0);
@@ -127,7 +127,7 @@ class Piece {
     }
   }
 
-  // 0 along a strong edge, 1 where nothing changes.
+  // Cost of a step: 0 along a strong edge, 1 on a plain surface.
   double Local(const cv::Point& at, const cv::Point& next, const cv::Point2d& unit) const {
     const auto along = [&](const cv::Point& p) {
       const auto edge = edges_.along.at<cv::Vec2f>(p);
@@ -137,7 +137,7 @@ class Piece {
     const double no_edge = edges_.on.at<uchar>(next) ? 0 : 1;
     const double across = 1 - (along(at) + along(next)) / 2;
     const double flat = 1 - cv::norm(edges_.along.at<cv::Vec2f>(next));
-    // Above 0, however the parts are rounded, so that no way goes round in circles.
+    // Above 0 even after rounding, so that no way goes round in circles.
     return std::max(kLeastCost, kNoEdge * no_edge + kAcross * across + kFlat * flat);
   }
 

@@ -10,10 +10,10 @@
 
 namespace retint {
 
-// The inside of the closed outline that runs through `anchors` (pixels, three at least) in their
-// order, along the edges of `color` (Mortensen and Barrett 1995). Between two anchors it stays
-// within a third of their distance (8 pixels at least) of the straight line, and follows that line
-// where there is no edge. OptionError for fewer anchors, or one outside the picture.
+// The inside of a closed outline through `anchors` (at least three pixels) in their order, along
+// the edges of `color` (Mortensen and Barrett 1995). Between two anchors it stays within a third of
+// their distance (at least 8 pixels) of the straight line, and follows the line if there is no
+// edge. OptionError for fewer anchors, or for one outside the picture.
 Mask CutOut(const Image& color, const std::vector<Eigen::Vector2i>& anchors);
 
 }  // namespace retint

@@ -31,16 +31,17 @@ constexpr double kMaxPixels = 100'000;
 constexpr double kSpread = 0.02;  // least standard deviation of a component
 constexpr int kInsideParts = 5, kOutsideParts = 8;
 constexpr double kLogLimit = 2;  // of the log odds by color and depth
-constexpr double kReach = 3;     // log odds of a pixel far nearer to one side's strokes
+constexpr double kReach = 3;     // log odds of a pixel much nearer to the strokes of one side
 constexpr double kGiven = 1e4;   // log odds of a stroke's own pixels
-constexpr int kMatteRadius = 2;  // of the small picture
+constexpr int kMatteRadius = 2;  // in the small picture
 constexpr double kDoubt = 2;     // log odds that may be wrong
-// Factors of OKLab that take a pixel out of a shadow: at 2, an eighth of the light is left.
+// Factors of OKLab that take a pixel out of a shadow. Factor 2: a shadow that leaves an eighth of
+// the light.
 constexpr std::array<float, 3> kOutOfShadow = {1.26f, 1.59f, 2};
 
-// How a border is looked for.
+// How to search a border.
 struct Search {
-  int rounds;          // of learning what inside and outside look like
+  int rounds;          // of learning the colors of inside and outside
   double valley_cost;  // PixelGraph
   bool drops_patches;  // DropPatches()
 };
@@ -51,8 +52,8 @@ Eigen::Map<const Eigen::Vector4f> At(const Features4& features, size_t pixel) {
   return Eigen::Map<const Eigen::Vector4f>(&features.data[4 * pixel]);
 }
 
-// Log odds of "inside" of each free pixel by where it lies: kReach times the difference of its
-// distances from the strokes over their sum.
+// Log odds of "inside" of each free pixel by its place: kReach times (distance to outside strokes -
+// distance to inside strokes) over their sum.
 std::vector<float> ReachOdds(const FreePixels& free) {
   std::vector<float> in, out;
   ParallelTasks(2, [&](int64_t which) {
@@ -84,8 +85,8 @@ bool IsBorder(const Features4& features, size_t p) {
   return x == 0 || y == 0 || x == features.width - 1 || y == features.height - 1;
 }
 
-// Of each point, also if it shows the same surface in a shadow, which scales OKLab and keeps the
-// hue.
+// Log likelihood of each point, or of the same surface out of a shadow if that is more likely. A
+// shadow scales OKLab and keeps the hue.
 Mixture::Values LitOrInShadow(const Mixture& mixture, const Mixture::Points& at) {
   Mixture::Values largest = mixture.LogLikelihoods(at);
   for (const float factor : kOutOfShadow) {
@@ -96,8 +97,9 @@ Mixture::Values LitOrInShadow(const Mixture& mixture, const Mixture::Points& at)
   return largest;
 }
 
-// Log odds of "inside" of each free pixel by its color, with mixtures that are learned from the
-// pixels that `take` names. Shadows lie on things outside: a thing's own shaded side has its hue.
+// Log odds of "inside" of each free pixel by its color, from mixtures of the pixels that `take`
+// selects. Only outside surfaces may be in a shadow: the shaded side of the object itself has its
+// hue.
 std::vector<float> LooksOdds(const Features4& features, const std::vector<int>& free,
                              const std::function<bool(size_t, Seed)>& take) {
   Mixture in, out;
@@ -119,8 +121,8 @@ std::vector<float> LooksOdds(const Features4& features, const std::vector<int>& 
   return odds;
 }
 
-// 1 of every pixel that is inside, else 0, for each of the favors; and if it is asked for, 1 of
-// every pixel that would change with all log odds but the strokes' changed by kDoubt.
+// For each of the favors, 1 in every pixel inside, else 0. `doubtful`, if wanted: 1 in every pixel
+// that changes side if all log odds except those of strokes change by kDoubt.
 struct Solution {
   std::vector<std::vector<uint8_t>> inside;
   std::vector<uint8_t> doubtful;
@@ -147,7 +149,8 @@ Solution SolveSeeds(const Features4& features, const PixelGraph& graph,
     monitor.ThrowIfCancelled();
     const auto take = [&](size_t p, Seed kind) {
       if (seeds[p] != Seed::kNone) return seeds[p] == kind;
-      // First, parts that no stroke outside touches may still look like the border.
+      // In the first round, parts without outside strokes may still look like the border of the
+      // picture.
       if (round == 0) return kind == Seed::kOutside && IsBorder(features, p);
       return inside[p] == (kind == Seed::kInside ? 1 : 0);
     };
@@ -179,7 +182,7 @@ Solution SolveSeeds(const Features4& features, const PixelGraph& graph,
   return solution;
 }
 
-// Parts of 0.5 and more that hold no seed inside become outside.
+// Parts of 0.5 and more become outside if they contain no inside stroke.
 void DropUnconnected(const std::vector<Seed>& seeds, ScalarImage* values) {
   std::vector<uint8_t> reached(seeds.size(), 0);
   std::vector<int> open;
@@ -203,10 +206,10 @@ void DropUnconnected(const std::vector<Seed>& seeds, ScalarImage* values) {
   }
 }
 
-// Valleys part the picture into surfaces. Of one that holds no stroke inside and is outside for the
-// most part all becomes outside: its inside pixels only have the color of the strokes.
+// Creases divide the picture into surfaces. A surface becomes outside as a whole if it has no
+// inside stroke and is mostly outside: its inside pixels only have the color of the strokes.
 void DropPatches(const ScalarImage& valleys, const std::vector<Seed>& seeds, ScalarImage* values) {
-  constexpr float kSure = 0.5f;  // of a valley
+  constexpr float kSure = 0.5f;  // least sureness of a crease
   cv::Mat is_surface(valleys.height, valleys.width, CV_8U), surfaces;
   for (size_t p = 0; p < seeds.size(); ++p) is_surface.data[p] = valleys.data[p] < kSure ? 1 : 0;
   struct Surface {
@@ -230,12 +233,12 @@ void DropPatches(const ScalarImage& valleys, const std::vector<Seed>& seeds, Sca
   }
 }
 
-// `values` where there is no seed.
+// `values` as a mask; strokes keep their side.
 Mask ToMask(const ScalarImage& values, const std::vector<Seed>& seeds) {
   Mask mask(values.width, values.height);
   for (size_t p = 0; p < mask.data.size(); ++p) {
     if (seeds[p] == Seed::kNone) {
-      // Sharper than the solution, whose values creep toward the middle far from strokes.
+      // Sharper than the solution, because mattes become gray far from strokes.
       const float sharp = std::clamp(2 * values.data[p] - 0.5f, 0.0f, 1.0f);
       mask.data[p] = uint8_t(255 * sharp + 0.5f);
     } else {
@@ -245,7 +248,7 @@ Mask ToMask(const ScalarImage& values, const std::vector<Seed>& seeds) {
   return mask;
 }
 
-// A seed of the small picture where any pixel of the large one has one.
+// A pixel of the small picture has a seed if any of its large pixels has one.
 std::vector<Seed> SmallSeeds(const std::vector<Seed>& seeds, int width, int height, int to_width,
                              int to_height) {
   std::vector<Seed> small(size_t(to_width) * size_t(to_height), Seed::kNone);
@@ -260,8 +263,8 @@ std::vector<Seed> SmallSeeds(const std::vector<Seed>& seeds, int width, int heig
   return small;
 }
 
-// The edges at which a thing ends before another; `features` are scaled and not of the view's own
-// size.
+// The creases of the depth in `features`, in any unit. The features may be smaller than the
+// view.
 ScalarImage Valleys(const Features4& features, double focal) {
   ScalarImage inverse_depth(features.width, features.height);
   for (size_t p = 0; p < inverse_depth.data.size(); ++p) {
@@ -271,8 +274,8 @@ ScalarImage Valleys(const Features4& features, double focal) {
   return SurfaceValleys(inverse_depth, focal);
 }
 
-// 255 in pixels that are doubtful, or inside and not connected, at the size of `seeds`; strokes are
-// not.
+// 255 in pixels that are doubtful, or inside but not connected, at the size of `seeds`. Strokes are
+// decided.
 Mask Undecided(const Solution& solution, const ScalarImage& connected,
                const std::vector<Seed>& seeds, int width, int height) {
   Mask undecided(width, height);
@@ -289,7 +292,7 @@ Mask Undecided(const Solution& solution, const ScalarImage& connected,
   return undecided;
 }
 
-// A picture at the size at which it is solved.
+// A picture at the size for solving.
 struct SmallPicture {
   SmallPicture(const Features4& large, double focal, const Search& search)
       : shrink(std::min(1.0, std::sqrt(kMaxPixels / (double(large.width) * large.height)))),
@@ -304,7 +307,7 @@ struct SmallPicture {
   PixelGraph graph;  // refers to both
 };
 
-// `seeds` are of the large picture, whose features `features` are.
+// `seeds` and `features` are of the large picture.
 std::vector<Mask> Solve(const Features4& features, const SmallPicture& small,
                         const std::vector<Seed>& seeds, const Search& search,
                         std::span<const double> favors, Monitor& monitor,
@@ -333,14 +336,14 @@ std::vector<Mask> Solve(const Features4& features, const SmallPicture& small,
   return masks;
 }
 
-// 255 where `mask` is inside, else 0.
+// 255 in pixels inside `mask`, else 0.
 cv::Mat InsideOf(const Mask& mask) {
   cv::Mat inside(mask.height, mask.width, CV_8U);
   for (size_t p = 0; p < mask.data.size(); ++p) inside.data[p] = IsInside(mask.data[p]) ? 255 : 0;
   return inside;
 }
 
-// Pixels farther than `radius` from the border of `mask` is given.
+// Seeds in all pixels farther than `radius` from the border: they keep their side of `mask`.
 std::vector<Seed> SeedsBesideBand(const Mask& mask, int radius) {
   // Distances to the border from both sides.
   const cv::Mat in = InsideOf(mask);

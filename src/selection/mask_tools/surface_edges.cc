@@ -18,9 +18,9 @@ namespace {
 
 constexpr std::array<std::pair<int, int>, 4> kDirections = {{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
 constexpr std::array<int, 3> kSteps = {1, 2, 3};  // pixels
-constexpr double kNoise = 4;                      // times the usual slope
+constexpr double kNoise = 4;                      // times the usual change of slope
 constexpr double kSlope = 1;
-constexpr float kFar = 0.1f;  // of the median inverse depth: beyond, changes count as there
+constexpr float kFar = 0.1f;  // of the median inverse depth, the least divisor
 
 ScalarImage WithoutSpikes(const ScalarImage& image) {
   ScalarImage result(image.width, image.height);
@@ -38,7 +38,8 @@ float UsualDepth(const ScalarImage& inverse_depth) {
   return float(Median(std::move(some), 1));
 }
 
-// Change of slope of every pixel with its neighbors `step` pixels along (dx, dy) to both sides.
+// The change of slope at every pixel, from its two neighbors `step` pixels away along the
+// direction.
 std::vector<float> Bends(const ScalarImage& inverse_depth, float far, double focal, int step,
                          std::pair<int, int> direction) {
   const int width = inverse_depth.width, height = inverse_depth.height;

@@ -23,8 +23,8 @@ Eigen::Vector3d PointInCam(const ViewLayers& layers, int x, int y) {
   return double(layers.Surface()(x, y)) * ray.cast<double>();
 }
 
-// From the point of one neighbor along (dx, dy) to that of the other, each as far as the surface is
-// smooth, at most 3 pixels away: a depth that was looked up at its nearest pixel has steps.
+// From the point of one neighbor along (dx, dy) to that of the opposite one. Each is as far away as
+// the surface is smooth, at most 3 pixels: depths from the nearest pixel have steps.
 Eigen::Vector3d Tangent(const ViewLayers& layers, int x, int y, int dx, int dy) {
   constexpr int kReach = 3;
   constexpr float kEdge = 0.03F;  // of the depth, a pixel
@@ -44,7 +44,7 @@ Eigen::Vector3d Tangent(const ViewLayers& layers, int x, int y, int dx, int dy) 
   return ends[1] - ends[0];
 }
 
-// The median of every sixteenth pixel; 1 where there is none.
+// The median depth of every sixteenth pixel; 1 if none has depth.
 float UsualDepth(const DepthMap& depth) {
   std::vector<double> some;
   for (int y = 0; y < depth.height; y += 4) {
