@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Formats whose axes point other ways than the 3DGS .ply's: every value of a Gaussian under a
-// change of sign of axes.
+// Formats with other axes than the 3DGS .ply: changes the values of a Gaussian as the signs of axes
+// change.
 #pragma once
 
 #include <array>
@@ -16,8 +16,8 @@ using AxisSigns = std::array<float, 3>;
 inline constexpr AxisSigns kRightUpBack = {1, -1, -1};
 inline constexpr AxisSigns kLeftUpFront = {-1, -1, 1};
 
-// A basis function Y_k of SH is a polynomial whose terms all have the same parity in each axis, so
-// that its coefficient keeps its value or changes sign.
+// Each term of a basis function Y_k of SH has the same parity in each axis. So its coefficient
+// keeps its value or changes sign.
 inline float ShSign(size_t k, const AxisSigns& signs) {
   // Parity of Y_k in x, y, z: bits 0, 1, 2 (docs/conventions.md).
   static constexpr std::array<int, 16> kParity = {0, 2, 4, 1, 3, 6, 0, 5, 0, 2, 7, 2, 4, 1, 4, 1};
@@ -35,7 +35,7 @@ inline void FlipQuat(float* wxyz, const AxisSigns& signs) {
   wxyz[3] *= signs[0] * signs[1];
 }
 
-// The Gaussian that looks the same in axes whose signs differ.
+// The Gaussian that looks the same in axes with other signs.
 inline SplatRow FlipAxes(const SplatRow& row, const AxisSigns& signs) {
   SplatRow flipped = row;
   for (size_t i = 0; i < 3; ++i) flipped.mean[i] *= signs[i];

@@ -19,7 +19,7 @@
 namespace retint {
 namespace {
 
-constexpr const char* kMark = "compressed .ply ";  // and the number of floats of a chunk
+constexpr const char* kMark = "compressed .ply ";  // and the number of floats per chunk
 constexpr size_t kChunkRows = 256;
 constexpr size_t kChunksAPiece = 4;  // a piece stays in a core's cache
 constexpr size_t kLeastPiecesAReport = 32, kMostReports = 64;
@@ -32,7 +32,7 @@ constexpr std::array<const char*, 18> kChunkColumns = {
 constexpr std::array<const char*, 4> kVertexColumns = {"packed_position", "packed_rotation",
                                                        "packed_scale", "packed_color"};
 
-// The places of the parts in the body of the file.
+// Offsets of the parts in the file's body.
 struct Layout {
   size_t count = 0;
   size_t chunk_floats = 18;  // or 12
@@ -46,14 +46,14 @@ struct Layout {
   size_t VertexAt(size_t g) const { return ChunkAt(NumChunks()) + g * kVertexBytes; }
   size_t ShAt(size_t g) const { return VertexAt(count) + g * ShBytes(); }
   size_t Bytes() const { return ShAt(count); }
-  // The part that SourceLayout::packed keeps. Each byte of spherical harmonics has a float of its
-  // own and is found again from that.
+  // The part that SourceLayout::packed keeps. Spherical harmonics are not in it: each byte has its
+  // own float and follows from that.
   size_t KeptBytes() const { return VertexAt(count); }
 };
 
 // ---- One Gaussian
 
-// `value` on the way from `low` to `high`, in `most` steps.
+// The step of `value` among `most` steps from `low` to `high`.
 uint32_t Step(double value, double low, double high, uint32_t most) {
   return high > low ? RoundTo((value - low) / (high - low) * most, most) : 0;
 }
@@ -135,7 +135,7 @@ class Body {
     std::memcpy(bytes_.data() + layout_.ChunkAt(chunk), bounds.data(), layout_.chunk_floats * 4);
   }
 
-  // The vertices [begin, end) of one chunk, `to` being the first one's places in a model of
+  // The vertices [begin, end) of one chunk. `to`: the first one's places in a model of
   // `sh_degree`.
   void Decode(size_t begin, size_t end, const ChunkBounds& bounds, const RowPlaces& to,
               int sh_degree) const {
@@ -143,8 +143,8 @@ class Body {
     UnpackVertices(bytes_.data() + layout_.VertexAt(begin), end - begin, bounds, to, sh_values);
   }
 
-  // Packs what differs from `was`, within `bounds`, but for higher bands; everything where `was` is
-  // nullptr.
+  // Packs the values that differ from `was`, or all if `was` is nullptr, within `bounds`. Skips
+  // higher bands.
   void Encode(size_t g, const SplatRow& row, const SplatRow* was, const ChunkBounds& bounds) {
     if (!was || row.mean != was->mean) SetWord(g, 0, Pack(row.mean, bounds, kPosition));
     if (!was || row.quat_wxyz != was->quat_wxyz) SetWord(g, 1, PackRotation(row.quat_wxyz));
@@ -270,7 +270,7 @@ std::string HeaderText(const GaussianModel& model, const Layout& layout) {
   return text + "end_header\n";
 }
 
-// Whether all that lies between such bounds is finite, as a color and as its coefficient.
+// Whether all values between such bounds are finite, as colors and as coefficients.
 bool AreModest(const ChunkBounds& bounds) {
   return std::all_of(bounds.begin(), bounds.end(), [](float b) { return std::abs(b) < 1e37f; });
 }
@@ -313,8 +313,8 @@ void EncodeChunk(const GaussianModel& model, const std::vector<uint32_t>& order,
   for (size_t g = begin; g < end; ++g) body.Encode(g, GetRow(model, order[g]), nullptr, bounds);
 }
 
-// Whether one of three changed values lies outside of its bounds, which then grow. A bound that was
-// unpacked may come back a float's step beyond itself.
+// Whether one of three changed values lies outside its bounds, which then grow. An unpacked bound
+// may differ from itself by one float step.
 bool Grow(ChunkBounds& bounds, size_t which, const std::array<float, 3>& now,
           const std::array<float, 3>& was) {
   bool grown = false;
@@ -332,7 +332,7 @@ std::array<float, 3> ColorsOf(const SplatRow& row) {
   return {ColorOf(row.sh[0]), ColorOf(row.sh[1]), ColorOf(row.sh[2])};
 }
 
-// Changes the chunk's bytes where the model's values are not those that they stand for.
+// Rewrites the bytes of values that differ from the model's.
 void PatchChunk(const GaussianModel& model, size_t chunk, const Layout& layout, Body& body) {
   const auto [begin, end] = ChunkRange(layout, chunk);
   const ChunkBounds old_bounds = body.BoundsOf(chunk);
@@ -358,7 +358,7 @@ void PatchChunk(const GaussianModel& model, size_t chunk, const Layout& layout, 
   body.SetChunkBounds(chunk, bounds);
   for (size_t g = begin; g < end; ++g) {
     SplatRow& old = was[g - begin];
-    // Values that no float equals are packed anew.
+    // Values that equal no float are packed again.
     if (moved) old.mean.fill(NAN);
     if (scaled) old.log_scale.fill(NAN);
     if (colored) std::fill_n(old.sh.begin(), 3, NAN);
@@ -366,7 +366,7 @@ void PatchChunk(const GaussianModel& model, size_t chunk, const Layout& layout, 
   }
 }
 
-// The higher bands, [3, rest] bytes a Gaussian, in `order`, where there is one.
+// The higher bands, [3, rest] bytes a Gaussian, in `order`; empty: the model's order.
 void WriteSh(const GaussianModel& model, const std::vector<uint32_t>& order, size_t rest,
              AtomicFile& file) {
   constexpr size_t kBlockRows = 8192;  // written at a time
@@ -456,7 +456,7 @@ GaussianModel CompressedPlyCodec::Read(const std::filesystem::path& path, Monito
       if (!AreModest(bounds)) modest = false;
     }
   };
-  // Threads wait for each other at a report.
+  // Threads wait for each other at each report.
   const size_t pieces = layout.NumChunks() / kChunksAPiece;
   ForRows(layout.NumChunks(), report, decode, kChunksAPiece,
           std::max(kLeastPiecesAReport, pieces / kMostReports));

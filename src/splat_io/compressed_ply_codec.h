@@ -8,19 +8,19 @@
 
 namespace retint {
 
-// Elements, binary little-endian:
-//   chunk   for every 256 Gaussians the bounds of position, log scale and color, as floats
-//           (12 or, with color, 18; without, colors lie in [0, 1])
-//   vertex  packed_position and packed_scale, 11, 10 and 11 bits of the way through the chunk's
-//           bounds; packed_rotation, the index of the quaternion's (wxyz) largest component and
-//           the others in 10 bits each; packed_color, red, green and blue in 8 bits through the
-//           chunk's bounds, and 8 bits of opacity
-//   sh      for degrees 1 to 3: uchar f_rest_*, as in the 3DGS .ply, [-4, 4] in 8 bits
-// The frame is the 3DGS .ply's. Log scales are clamped to [-20, 20].
+// Three elements, binary little-endian. Each "chunk" has the bounds of 256 Gaussians as
+// floats: of position, log scale and color. Without color it has 12 floats instead of 18,
+// and colors lie in [0, 1]. Each "vertex" has four words, relative to the bounds of its
+// chunk.
+//   11, 10 and 11 bits: packed_position and packed_scale.
+//   2 bits and 3 times 10: packed_rotation, the index of the largest of wxyz, then the others.
+//   8 bits each: packed_color, with red, green, blue and opacity.
+// Element "sh" has degrees 1 to 3: uchar f_rest_*, as in the 3DGS .ply, [-4, 4] in 8 bits.
+// The frame is that of the 3DGS .ply. Log scales are clamped to [-20, 20].
 //
-// A scene from elsewhere is sorted along a Morton curve, so that chunks are small. Written over a
-// scene that came from such a file, values that did not change keep their bytes; where a new color
-// lies outside its chunk's bounds, these grow and the colors of that chunk are packed anew.
+// Scenes from elsewhere are sorted along a Morton curve, so that chunks are small. Written
+// over a scene that came from such a file, unchanged values keep their bytes. If a new color
+// lies outside its chunk's bounds, the bounds grow and the chunk's colors are packed again.
 class CompressedPlyCodec : public SplatCodec {
  public:
   std::string_view Name() const override { return "compressed .ply"; }

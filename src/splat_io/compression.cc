@@ -16,7 +16,7 @@ namespace {
 constexpr size_t kBlockBytes = size_t{1} << 20;
 constexpr int kGzip = 16 + MAX_WBITS;  // zlib: a gzip header, the largest window
 constexpr int kZstdLevel = 9;
-constexpr size_t kMuch = size_t{64} << 20;  // more than is unpacked in a moment
+constexpr size_t kMuch = size_t{64} << 20;  // more than unpacks in a moment
 
 class Inflater {
  public:
@@ -27,9 +27,9 @@ class Inflater {
   Inflater(const Inflater&) = delete;
   Inflater& operator=(const Inflater&) = delete;
 
-  // Up to `bytes` more into `to`; how many. Fewer only at the end of the last stream or of the
-  // packed bytes, or at damage. A file may have several streams, one after the other (RFC 1952,
-  // 2.2).
+  // Unpacks up to `bytes` more into `to`; returns how many. Fewer only at the end of the last
+  // stream or of the packed bytes, or at damage. A file may have several streams in a row (RFC
+  // 1952, 2.2).
   size_t Next(char* to, size_t bytes) {
     stream_.next_out = reinterpret_cast<Bytef*>(to);
     stream_.avail_out = static_cast<uInt>(bytes);
@@ -42,7 +42,7 @@ class Inflater {
         packed_.remove_prefix(part);
       }
       code_ = inflate(&stream_, Z_NO_FLUSH);
-      if (code_ == Z_BUF_ERROR) code_ = Z_OK;  // wants more input
+      if (code_ == Z_BUF_ERROR) code_ = Z_OK;  // needs more input
     }
     return bytes - stream_.avail_out;
   }
@@ -51,7 +51,7 @@ class Inflater {
   size_t Left() const { return packed_.size() + stream_.avail_in; }
 
  private:
-  // Whether another stream follows one that ended.
+  // Whether another stream follows after the end of one.
   bool StartNext() {
     const auto left = [&](size_t i) {
       if (i < stream_.avail_in) return stream_.next_in[i];
@@ -68,8 +68,8 @@ class Inflater {
   int code_ = Z_OK;
 };
 
-// The length, modulo 2^32, with which a stream ends (RFC 1952, 2.3.1): that of the last stream of a
-// file, so no more than comes out in all.
+// The length, modulo 2^32, at the end of a stream (RFC 1952, 2.3.1). It is that of the last stream,
+// so the total is at least as long.
 uint32_t LengthAtEnd(std::string_view packed) {
   uint32_t length = 0;
   for (size_t i = 1; i <= std::min<size_t>(4, packed.size()); ++i) {
@@ -100,20 +100,20 @@ void Gunzip(std::string_view packed, size_t header_bytes,
     return bytes.size() - done == more;
   };
   if (!grow(header_bytes)) throw std::runtime_error("truncated: the header is not whole");
-  // One byte more than may come, to notice it.
+  // One byte more than allowed, to notice an excess.
   const size_t most = limit(std::string_view(bytes.data(), bytes.size())) + 1;
-  // Of a file that is cut off it is any number: a small one is unpacked and told better.
+  // In a truncated file, this length is arbitrary. A small file is unpacked, for a better message.
   if (most > kMuch && LengthAtEnd(packed) >= most) {
     throw std::runtime_error("holds more data than its header announces, or breaks off");
   }
-  // Room for what usually comes, so that it need not be copied from place to place as it grows.
+  // Room for the usual size, so that growing does not copy the bytes.
   bytes.reserve(std::min(most, kUsualRatio * packed.size()));
   while (bytes.size() < most && grow(std::min(kBlockBytes, most - bytes.size()))) {
     step(bytes.size());
   }
   if (bytes.size() >= most) throw std::runtime_error("holds more data than its header announces");
   if (!inflater.Ended()) {
-    char one;  // the trailer may follow a last byte that filled the block
+    char one;  // if the last byte filled the block, the trailer may follow
     if (inflater.Next(&one, 1) > 0 || !inflater.Ended()) {
       throw std::runtime_error(inflater.Damaged() ? "the compressed data is damaged"
                                                   : "truncated: the compressed data breaks off");
@@ -160,16 +160,16 @@ std::vector<char> Unzstd(std::string_view packed, size_t bytes, const std::funct
   if (announced < ZSTD_CONTENTSIZE_ERROR && announced > bytes) {
     throw std::runtime_error("holds more data than its header announces");
   }
-  // A window no larger than the output, or than 8 MiB, which every decoder takes.
+  // A window up to the output's size, or 8 MiB, which every decoder supports.
   const int window_log = std::clamp(static_cast<int>(std::bit_width(bytes)), 23, 30);
   ZSTD_DCtx_setParameter(stream.get(), ZSTD_d_windowLogMax, window_log);
   std::vector<char> out;
   ZSTD_inBuffer in{packed.data(), packed.size(), 0};
-  size_t left = 1;  // of the frame; 0 once it is whole
+  size_t left = 1;  // 0 once the frame is complete
   while (left != 0) {
     step();
     const size_t was = out.size();
-    const size_t room = std::min(kBlockBytes, bytes - was + 1);  // one more, to notice it
+    const size_t room = std::min(kBlockBytes, bytes - was + 1);  // one more, to notice an excess
     out.resize(was + room);
     ZSTD_outBuffer to{out.data() + was, room, 0};
     left = ZSTD_decompressStream(stream.get(), &to, &in);

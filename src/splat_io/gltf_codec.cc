@@ -26,7 +26,7 @@ using Json = nlohmann::json;
 
 constexpr const char* kExtension = "KHR_gaussian_splatting";
 constexpr size_t kBlockRows = 8192;
-constexpr size_t kRowsRead = 2048;  // of an attribute at a time
+constexpr size_t kRowsRead = 2048;  // of one attribute at a time
 constexpr size_t kMostDepth = 256;  // of nodes
 
 std::string Attribute(const std::string& name) { return std::string(kExtension) + ":" + name; }
@@ -40,7 +40,7 @@ std::string ShAttribute(int k) {
 
 // ---- Reading
 
-// A primitive and where its node puts it.
+// A primitive and the transform of its node.
 struct Placed {
   const Json* primitive;
   Sim3d world_from_node;
@@ -56,7 +56,7 @@ class SceneReader {
     int degree = 0;
     for (const Placed& placed : placed_) {
       const uint64_t count = file_.Count(Accessor(*placed.primitive, "POSITION"));
-      // A mesh may be shown many times, but its unfolded size stays within the file's length.
+      // Many nodes may show one mesh, but in total it must not exceed the file's length.
       if (count > file_.BufferBytes() / 12 || (total += count) > file_.BufferBytes() / 12) {
         file_.Fail("announces more Gaussians than its " + std::to_string(file_.BufferBytes()) +
                    " bytes can hold");
@@ -84,7 +84,7 @@ class SceneReader {
   void FindPrimitives() {
     const Json& json = file_.json();
     if (!json.contains("scenes")) {
-      // Without a scene every mesh is shown as it is.
+      // Without a scene, every mesh is shown, untransformed.
       const size_t meshes = json.contains("meshes") ? json["meshes"].size() : 0;
       for (size_t m = 0; m < meshes; ++m) AddMesh(m, {});
       return;
@@ -146,7 +146,7 @@ class SceneReader {
     Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
     if (node.contains("matrix")) {
       const auto m = Numbers(node, "matrix", std::vector<double>(16));
-      matrix = Eigen::Map<const Eigen::Matrix4d>(m.data());  // columns, as glTF has them
+      matrix = Eigen::Map<const Eigen::Matrix4d>(m.data());  // column-major, as in glTF
     } else {
       const auto t = Numbers(node, "translation", {0, 0, 0});
       const auto r = Numbers(node, "rotation", {0, 0, 0, 1});
@@ -198,7 +198,7 @@ class SceneReader {
     TakeColorSpace(Member(extension, "colorSpace"));
   }
 
-  // Of each primitive; all have one.
+  // Of each primitive; all need the same one.
   void TakeColorSpace(const Json* name) {
     std::optional<ColorSpace> space = ColorSpace::kSrgbDisplay;
     if (name) space = name->is_string() ? ColorSpaceNamed(name->get<std::string>()) : std::nullopt;
@@ -258,8 +258,8 @@ class SceneReader {
         placed.world_from_node, static_cast<float>(std::log(placed.world_from_node.scale)),
         ShRotation(placed.world_from_node.rotation),
         placed.world_from_node.rotation.vec().norm() > 1e-12, ScalesAreLogarithms(values.scales)};
-    // A .glb has its attributes one after the other. In two halves, so that the first is decoded
-    // while the disk reads the second.
+    // A .glb stores one attribute after the other. Two halves: the first is decoded while the disk
+    // reads the second.
     for (size_t half = 0; half < 2; ++half) {
       const auto report = [&](size_t done) {
         const double rows = static_cast<double>(count * half + done) / 2;
@@ -281,17 +281,17 @@ class SceneReader {
     std::vector<GltfValues> sh;
   };
 
-  // The place of a primitive's Gaussians.
+  // The transform of a primitive's Gaussians.
   struct Motion {
     Sim3d world_from_node;
     float log_scale;  // the logarithm of its scale
     ShRotation sh_rotation;
     bool turned;
-    bool log_scales;  // of the file
+    bool log_scales;  // the file stores logarithms
   };
 
-  // Linear scales are never negative. A draft of the extension had logarithms, nearly all of which
-  // are.
+  // Linear scales are never negative. A draft of the extension had logarithms, nearly all of them
+  // negative.
   bool ScalesAreLogarithms(const GltfValues& scales) {
     bool logarithms = false;
     std::vector<float> some(3 * kRowsRead);
@@ -316,18 +316,18 @@ class SceneReader {
                     std::vector<char>& room) {
     const size_t g = done_ + begin;
     values.means.Load<3>(begin, end, &model_.means[3 * g], 3, room);
-    values.quats.Load<4>(begin, end, &model_.quats_wxyz[4 * g], 4, room);   // xyzw as yet
-    values.scales.Load<3>(begin, end, &model_.log_scales[3 * g], 3, room);  // linear as yet
+    values.quats.Load<4>(begin, end, &model_.quats_wxyz[4 * g], 4, room);   // xyzw until Activate()
+    values.scales.Load<3>(begin, end, &model_.log_scales[3 * g], 3, room);  // linear until then
     values.opacities.Load<1>(begin, end, &model_.opacity_logits[g], 1, room);
     for (size_t i = begin; i < end; ++i) Activate(done_ + i, motion);
   }
 
-  // The first half of their coefficients, or the second, which a turn waits for.
+  // One half of the coefficients; rotation needs both.
   void LoadColors(const Attributes& values, const Motion& motion, size_t half, size_t begin,
                   size_t end, std::vector<char>& room) {
     const size_t middle = values.sh.size() / 2, width = ShWidth();
     float* first = &model_.sh[width * (done_ + begin)];
-    // One after the other: a processor foresees where it will be read, but not in 16 places.
+    // One coefficient after the other: a processor prefetches one place well, but not 16 at once.
     for (size_t k = half * middle; k < (half == 0 ? middle : values.sh.size()); ++k) {
       values.sh[k].Load<3>(begin, end, first + 3 * k, width, room);
     }
@@ -341,7 +341,7 @@ class SceneReader {
     }
   }
 
-  // Gaussian `g`, which has the file's values, but for its colors, in the world, in the .ply's
+  // Converts Gaussian `g` from the file's values, without its colors, to the world and the .ply's
   // axes.
   void Activate(size_t g, const Motion& motion) {
     float& opacity = model_.opacity_logits[g];
@@ -383,7 +383,7 @@ class SceneReader {
 
 // ---- Writing
 
-// A piece of the buffer: an attribute and how to make its bytes.
+// A part of the buffer: an attribute, and a function for its bytes.
 struct Segment {
   std::string attribute;
   size_t bytes_per_value;
@@ -391,7 +391,7 @@ struct Segment {
   std::function<void(const SplatRow& row, char* to)> write;
 };
 
-// IEC 61966-2-1, of [0, 1].
+// sRGB to linear (IEC 61966-2-1), for [0, 1].
 double LinearOfSrgb(double value) {
   const double kept = std::clamp(value, 0.0, 1.0);
   return kept <= 0.04045 ? kept / 12.92 : std::pow((kept + 0.055) / 1.055, 2.4);
@@ -410,7 +410,7 @@ std::vector<Segment> Segments(const GaussianModel& model) {
   std::vector<Segment> segments;
   segments.push_back({"POSITION", 12, accessor(kFloat, "VEC3"),
                       [](const SplatRow& row, char* to) { StoreFloats(row.mean, to); }});
-  // Linear, as glTF's colors of vertices are ("Fallback Behavior").
+  // glTF's vertex colors are linear ("Fallback Behavior").
   const bool linear = IsLinear(model.traits.color_space);
   segments.push_back(
       {"COLOR_0", 4, accessor(kByte, "VEC4"), [linear](const SplatRow& row, char* to) {
@@ -447,7 +447,7 @@ std::vector<Segment> Segments(const GaussianModel& model) {
   return segments;
 }
 
-// The bounds that the specification asks for.
+// The bounds that the specification requires.
 void AddBounds(const GaussianModel& model, Json& accessor) {
   std::array<float, 3> least, most;
   least.fill(std::numeric_limits<float>::max());
@@ -498,7 +498,7 @@ Json Document(const GaussianModel& model, std::vector<Segment>& segments, uint64
   return document;
 }
 
-// Every value has 4 bytes or a multiple: no padding is needed.
+// Every value has a multiple of 4 bytes, so padding is not needed.
 void WriteSegments(const GaussianModel& model, const std::vector<Segment>& segments,
                    Monitor& monitor, const std::function<void(std::string_view)>& write) {
   const size_t count = model.NumGaussians();
@@ -552,7 +552,7 @@ void GltfCodec::Write(const std::filesystem::path& path, const GaussianModel& mo
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   AtomicFile file(path);
   if (extension == ".gltf") {
-    // The buffer's data stands where a mark stood.
+    // A mark in the JSON text is replaced by the buffer's data.
     document["buffers"][0]["uri"] = "data:application/octet-stream;base64,@";
     const std::string text = document.dump(1);
     const size_t mark = text.find(",@\"") + 1;

@@ -7,19 +7,19 @@
 
 namespace retint {
 
-// Reads every primitive with the extension that the scene's nodes show, one after the other, under
-// their nodes' transforms (rotations, uniform scales, translations); sections of a lower SH degree
-// than the largest get zeros. Other meshes are left out; SourceLayout::notes says so. Compressed
-// primitives are refused by the name of their extension. A .gltf names its buffers or holds them.
+// Reads every primitive with the extension in the nodes of the scene, in order, with their nodes'
+// transforms (rotations, uniform scales, translations). Primitives of a lower SH degree than the
+// largest get zeros. Ignores other meshes and says so in SourceLayout::notes. Rejects compressed
+// primitives, with the name of their extension. A .gltf refers to its buffers or contains them.
 //
-// The extension names attributes of spherical harmonics of degrees 0 to 3 and no others
-// ("Attributes" in its README), so degree 4 is neither read nor written; notes and Losses() say so.
+// The extension names attributes of SH of degrees 0 to 3 ("Attributes" in its README). Degree 4 is
+// neither read nor written, which notes and Losses() report.
 //
-// Writes one primitive of floats, with COLOR_0 for viewers that know only points; a .gltf holds its
-// buffer. Scales are linear and opacities activated, as the ratified extension has them.
+// Writes one primitive of floats, with COLOR_0 for viewers that know only points. A .gltf contains
+// its buffer. Scales are linear and opacities activated, as in the ratified extension.
 //
-// glTF is left-up-front, 3DGS .ply right-down-front: x and y, and all that follows from them,
-// change sign on the way in and out.
+// glTF is left-up-front, 3DGS .ply right-down-front. Reading and writing therefore change the signs
+// of x and y, and of all values that depend on them.
 class GltfCodec : public SplatCodec {
  public:
   std::string_view Name() const override { return "glTF (KHR_gaussian_splatting)"; }

@@ -20,7 +20,7 @@ constexpr uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 struct ComponentType {
   uint64_t id;
   uint64_t bytes;
-  double most;  // of a normalized one
+  double most;  // for a normalized integer
 };
 constexpr std::array<ComponentType, 6> kComponentTypes = {{{5120, 1, 127},
                                                            {5121, 1, 255},
@@ -225,7 +225,7 @@ GltfValues GltfFile::View(uint64_t accessor, int components) const {
   const uint64_t at = Whole(object, "byteOffset", 0), count = Count(accessor);
   const uint64_t element = component->bytes * static_cast<uint64_t>(components);
   const uint64_t stride = Whole(view, "byteStride", element);
-  // Compared by subtraction and division: no sum or product can overflow.
+  // Compared by subtraction and division, because sums and products could overflow.
   if (view_at > buffer.size() || view_bytes > buffer.size() - view_at || stride < element ||
       count == 0 || at > view_bytes || element > view_bytes - at ||
       count - 1 > (view_bytes - at - element) / stride) {

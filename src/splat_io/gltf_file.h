@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The parts of a glTF 2.0 file that hold numbers: JSON, buffers, accessors.
+// The parts of a glTF 2.0 file that contain numbers: JSON, buffers, accessors.
 #pragma once
 
 #include <cstdint>
@@ -19,17 +19,17 @@ namespace retint {
 
 inline constexpr uint64_t kGltfFloat = 5126;  // a component's type
 
-// The bytes of a buffer: in memory, or of a file, from which they are read when they are wanted.
+// The bytes of a buffer: in memory, or in a file, from which they are read on demand.
 class GltfBuffer {
  public:
   explicit GltfBuffer(std::string bytes) : bytes_(std::move(bytes)), size_(bytes_.size()) {}
-  // `size` bytes from `at` on, which the file has.
+  // `size` bytes of the file from `at` on; the file must have them.
   GltfBuffer(std::shared_ptr<const InputFile> file, uint64_t at, uint64_t size)
       : file_(std::move(file)), at_(at), size_(size) {}
 
   uint64_t size() const { return size_; }
-  // `bytes` from `offset` on, which it has; in `room` unless they are in memory anyway. InputError
-  // when the file was cut off in the meantime.
+  // `bytes` bytes from `offset` on, which must exist. Uses `room` unless they are in memory
+  // already. InputError if the file was truncated since it was opened.
   const char* Bytes(uint64_t offset, size_t bytes, std::vector<char>& room) const;
 
  private:
@@ -38,16 +38,16 @@ class GltfBuffer {
   uint64_t at_ = 0, size_ = 0;
 };
 
-// The numbers of an accessor where they lie in its buffer: [count, components].
+// The values of an accessor, in place in their buffer: [count, components].
 struct GltfValues {
   const GltfBuffer* buffer = nullptr;
   uint64_t at = 0;  // of the first element
   uint64_t count = 0, components = 0;
   uint64_t stride = 0;           // bytes from one element to the next
   uint64_t type = 0, bytes = 0;  // of a component
-  double most = 0;               // the divisor of a normalized integer; 0: it stands for itself
+  double most = 0;               // divisor of a normalized integer; 0: not normalized
 
-  // Elements [begin, end) to to[0 .. kComponents), to[to_stride ..] and on. `room` is for bytes.
+  // Copies elements [begin, end) to to[0 .. kComponents), to[to_stride ..], ... `room` is a buffer.
   template <size_t kComponents>
   void Load(uint64_t begin, uint64_t end, float* to, size_t to_stride,
             std::vector<char>& room) const {
@@ -69,10 +69,10 @@ struct GltfValues {
 
 class GltfFile {
  public:
-  // .glb or .gltf, by content. InputError when it is damaged, or a buffer is missing or shorter
-  // than announced.
+  // .glb or .gltf, by content. InputError if it is damaged, or if a buffer is missing or too
+  // short.
   explicit GltfFile(const std::filesystem::path& path);
-  // The spans of View() point to its buffers.
+  // GltfValues point to its buffers.
   GltfFile(const GltfFile&) = delete;
   GltfFile& operator=(const GltfFile&) = delete;
 
@@ -80,18 +80,18 @@ class GltfFile {
   const std::filesystem::path& path() const { return path_; }
   uint64_t BufferBytes() const;                              // of all buffers
   uint64_t ignored_bytes() const { return ignored_bytes_; }  // after the end of a .glb
-  // The file itself and those of its buffers.
+  // The file itself and the files of its buffers.
   const std::vector<std::filesystem::path>& files() const { return files_; }
 
-  // The object json()[list][index]; InputError where there is none.
+  // The object json()[list][index]; InputError if there is none.
   const nlohmann::json& Item(const char* list, uint64_t index) const;
-  // A member that is a whole number; `otherwise` where it is missing, InputError where it is
-  // something else.
+  // A member that is a whole number. If it is missing, `otherwise`; InputError if it is something
+  // else.
   uint64_t Whole(const nlohmann::json& object, const char* name, uint64_t otherwise) const;
   // Number of elements of an accessor.
   uint64_t Count(uint64_t accessor) const;
-  // Its values, valid as long as the file. InputError where it has another number of components,
-  // lies outside of its buffer, or is sparse.
+  // Its values, valid as long as this file. InputError if it is sparse, exceeds its buffer, or has
+  // another number of components.
   GltfValues View(uint64_t accessor, int components) const;
 
   [[noreturn]] void Fail(const std::string& fault) const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// JSON of files that nobody vouches for.
+// JSON from untrusted files.
 #pragma once
 
 #include <filesystem>
@@ -9,8 +9,8 @@
 
 namespace retint {
 
-// InputError of `path`, "`what` ...", for text that is no JSON object, or that holds more values or
-// nests them deeper than any scene does: a byte of text may take a hundred of memory.
+// InputError of `path`, "`what` ...", for text that is not a JSON object, or exceeds limits that no
+// scene reaches. They protect memory: a byte of text may use a hundred bytes of it.
 struct JsonLimits {
   int depth = 64;
   size_t values = size_t{1} << 21;
@@ -21,7 +21,7 @@ nlohmann::json ParseJson(std::string_view text, const std::filesystem::path& pat
 // Whether `value` is that text; false for nullptr.
 bool IsText(const nlohmann::json* value, std::string_view text);
 
-// The member `name`; nullptr where `value` is no object or has none.
+// The member `name`; nullptr if `value` is not an object or does not have it.
 const nlohmann::json* Member(const nlohmann::json& value, const char* name);
 
 }  // namespace retint

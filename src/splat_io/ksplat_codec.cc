@@ -14,21 +14,21 @@ constexpr size_t kBlockRows = 16384;
 
 struct Header {
   uint32_t max_sections = 0, count = 0;
-  int level = 0;  // of compression
+  int level = 0;  // compression level
   float sh_least = 0, sh_most = 0;
 };
 
 struct Section {
-  uint32_t count = 0, capacity = 0;  // Gaussians that are there, and that have room
+  uint32_t count = 0, capacity = 0;  // Gaussians in use, and Gaussians with room
   uint32_t bucket_capacity = 0, buckets = 0, full_buckets = 0, partial_buckets = 0;
   float block_size = 0;
-  uint32_t range = 0;  // of quantized positions
+  uint32_t range = 0;  // of a quantized position
   int sh_degree = 0;
   uint64_t bucket_bytes = 0;
-  uint64_t sizes_at = 0, buckets_at = 0, records_at = 0, end = 0;  // in the file
+  uint64_t sizes_at = 0, buckets_at = 0, records_at = 0, end = 0;  // offsets in the file
 };
 
-// Bytes of a record's parts.
+// Offsets of a record's parts, and bytes of its SH.
 struct Record {
   size_t scale_at, rotation_at, color_at, sh_at, sh_bytes;
   size_t Bytes(int sh_degree) const {
@@ -92,7 +92,7 @@ class KsplatFile {
       Fail("compression level " + std::to_string(header_.level) + ", expected 0 to 2");
     }
     if (header_.count == 0) Fail("holds no Gaussians");
-    // 0 stands for the default.
+    // 0 means the default.
     header_.sh_least = At<float>(36) != 0 ? At<float>(36) : -1.5f;
     header_.sh_most = At<float>(40) != 0 ? At<float>(40) : 1.5f;
   }
@@ -132,7 +132,7 @@ class KsplatFile {
       Fail(name + ": SH degree " + std::to_string(section.sh_degree) + ", expected 0 to 3");
     }
     if (section.count > section.capacity) Fail(name + " holds more Gaussians than it has room for");
-    // Each factor has 32 bits at most: no product overflows 64.
+    // Each factor has at most 32 bits, so no product overflows 64.
     section.sizes_at = at;
     section.buckets_at = at + uint64_t{4} * section.partial_buckets;
     section.records_at = section.buckets_at + section.bucket_bytes * section.buckets;
@@ -159,7 +159,7 @@ class KsplatFile {
     if (room < section.count) Fail(name + " has Gaussians that are in no bucket");
   }
 
-  // Of each bucket in use, the index after its last Gaussian.
+  // For each bucket in use: the index after its last Gaussian.
   std::vector<uint32_t> BucketEnds(const Section& section) const {
     std::vector<uint32_t> ends;
     if (header_.level == 0 || section.count == 0) return ends;
@@ -177,7 +177,7 @@ class KsplatFile {
     return ends;
   }
 
-  // A float, or the binary16 that stands for it above level 0.
+  // A float, or a binary16 above level 0.
   float Number(uint64_t at, size_t index) const {
     return header_.level == 0 ? At<float>(at + 4 * index)
                               : HalfToFloat(At<uint16_t>(at + 2 * index));
@@ -207,7 +207,7 @@ class KsplatFile {
     }
     row.opacity_logit = LogitOfByte(At<uint8_t>(at + record.color_at + 3));
     for (size_t i = 0; i < 4; ++i) row.quat_wxyz[i] = Number(at + record.rotation_at, i);
-    // A band after the other, in each the coefficients of red, of green, of blue.
+    // One band after the other; in each, the coefficients of red, then green, then blue.
     size_t from = 0;
     for (int l = 1; l <= section.sh_degree; ++l) {
       const auto width = static_cast<size_t>(2 * l + 1), k = static_cast<size_t>(l * l);

@@ -7,10 +7,10 @@
 
 namespace retint {
 
-// A header of 4096 bytes, section headers of 1024, then the sections: positions in buckets and the
-// Gaussians' records. Compression level 0 stores floats; 1 positions in 16 bits through the bucket
-// and binary16 for the rest; 2 the SH in 8 bits. Colors and opacities are always bytes. Sections of
-// a lower SH degree than the largest get zeros. The frame is the .ply's.
+// A header of 4096 bytes, section headers of 1024 bytes, then the sections: positions in buckets,
+// and a record for each Gaussian. Compression level 0 stores floats, level 1 positions in 16 bits
+// within the bucket and the rest as binary16, level 2 SH in 8 bits. Colors and opacities are always
+// bytes. Sections of a lower SH degree than the largest get zeros. The frame is that of the .ply.
 class KsplatCodec : public SplatCodec {
  public:
   std::string_view Name() const override { return ".ksplat"; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Work on many Gaussians of a file, or on several of its pictures, on all cores, with the faults of
-// a plain loop: of several that are found, the first in the file is thrown.
+// Parallel loops over many Gaussians or pictures of a file. Faults are those of a plain loop: of
+// several, the first in the file is thrown.
 #pragma once
 
 #include <algorithm>
@@ -15,12 +15,12 @@
 
 namespace retint {
 
-// body(i) for every i in `order`, which has the numbers below its size, begun in that order, each a
-// task of its own.
+// Calls body(i) for every i of `order`, a permutation of [0, size), each as a task of its own.
+// Tasks begin in that order.
 template <typename Body>
 void ForEachTask(const std::vector<size_t>& order, const Body& body) {
   std::vector<std::exception_ptr> faults(order.size());
-  // The threads share tasks out in an order of their own: each takes the next one in ours.
+  // ParallelTasks() has an order of its own, so each task takes the next index of ours.
   std::atomic<size_t> next = 0;
   ParallelTasks(static_cast<int64_t>(order.size()), [&](int64_t) {
     const size_t i = order[next.fetch_add(1)];
@@ -41,8 +41,8 @@ void ForEachTask(size_t count, const Body& body) {
   std::iota(order.begin(), order.end(), size_t{0});
   ForEachTask(order, body);
 }
-// The numbers of `tasks`, those with the most work first: a large one that begins last is waited
-// for.
+// The indices of `tasks`, the largest first. Otherwise a large task could begin last, and all would
+// wait for it.
 template <typename Tasks>
 std::vector<size_t> LargestFirst(const Tasks& tasks) {
   std::vector<size_t> order(tasks.size());
@@ -52,11 +52,11 @@ std::vector<size_t> LargestFirst(const Tasks& tasks) {
   return order;
 }
 
-// A piece stays in a core's cache; the pieces between two reports are shared by the cores.
+// A piece fits a core's cache. All cores share the pieces between two reports.
 inline constexpr size_t kRowsAPiece = 512, kPiecesAReport = 8;
 
-// body(begin, end) for pieces of [0, count); report(done) between some of them and at the end, on
-// this thread.
+// Calls body(begin, end) for pieces of [0, count). Calls report(done) between some of them and at
+// the end, on this thread.
 template <typename Report, typename Body>
 void ForRows(size_t count, const Report& report, const Body& body,
              size_t rows_a_piece = kRowsAPiece, size_t pieces_a_report = kPiecesAReport) {

@@ -11,7 +11,7 @@ std::optional<Sim3d> SimilarityOf(const Eigen::Matrix4d& matrix) {
   const Eigen::Matrix3d linear = matrix.topLeftCorner<3, 3>();
   const double volume = linear.determinant();
   const double scale = std::cbrt(volume);
-  // 1e-4: what rounding of a file's numbers leaves of orthogonality.
+  // 1e-4: rounded numbers in a file are only nearly orthogonal.
   if (!(volume > 0) || !matrix.allFinite() ||
       !(linear.transpose() * linear / (scale * scale))
            .isApprox(Eigen::Matrix3d::Identity(), 1e-4)) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Scene graphs that place Gaussians: the transforms that Gaussians can take, and a row moved by
-// one.
+// Scene graphs that place Gaussians: which transforms a Gaussian supports, and how they change its
+// values.
 #pragma once
 
 #include <optional>
@@ -13,11 +13,11 @@
 
 namespace retint {
 
-// The similarity that an affine matrix is; nullopt where it stretches, shears or mirrors: a
-// Gaussian keeps its shape, and its harmonics their degree, only under similarities.
+// The similarity that equals an affine matrix. nullopt if it stretches, shears or mirrors: only
+// similarities keep a Gaussian's shape and its harmonics' degree.
 std::optional<Sim3d> SimilarityOf(const Eigen::Matrix4d& matrix);
 
-// Rows under a similarity; the identity keeps every bit.
+// Transforms rows by a similarity; the identity keeps every bit.
 class Placement {
  public:
   explicit Placement(const Sim3d& new_from_old);

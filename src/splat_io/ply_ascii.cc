@@ -18,7 +18,7 @@ constexpr size_t kLongestWord = 4096;  // no number is longer
 
 bool IsSpace(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
-// A piece of the file that is safe to show in a one-line message.
+// A part of the file, safe to show in a one-line message.
 std::string Shown(std::string_view word) {
   std::string shown(word.substr(0, 40));
   std::replace_if(
@@ -26,8 +26,8 @@ std::string Shown(std::string_view word) {
   return "\"" + shown + (word.size() > 40 ? "...\"" : "\"");
 }
 
-// False for text that is not a number of type T. Beyond the range of T, a floating one becomes
-// infinite or zero.
+// False for text that is not a number of type T. A floating-point number beyond the range of T
+// becomes infinite or zero.
 template <typename T>
 bool Parse(std::string_view word, char* to) {
   if (word.starts_with('+')) word.remove_prefix(1);
@@ -35,7 +35,7 @@ bool Parse(std::string_view word, char* to) {
   auto [end, code] = std::from_chars(word.data(), word.data() + word.size(), value);
   if constexpr (std::is_floating_point_v<T>) {
     if (code == std::errc::result_out_of_range) {
-      // Only a negative exponent leads below the range.
+      // Only numbers with a negative exponent are too small for T.
       const size_t exponent = word.find_first_of("eE");
       const bool tiny = exponent != std::string_view::npos && exponent + 1 < word.size() &&
                         word[exponent + 1] == '-';
@@ -55,7 +55,7 @@ bool ParseAs(std::string_view type, std::string_view word, char* to) {
   if (type == "uint" || type == "uint32") return Parse<uint32_t>(word, to);
   if (type == "short" || type == "int16") return Parse<int16_t>(word, to);
   if (type == "ushort" || type == "uint16") return Parse<uint16_t>(word, to);
-  // Of char types from_chars would take the character.
+  // For char types, from_chars would read a character.
   int32_t number = 0;
   if (!Parse<int32_t>(word, reinterpret_cast<char*>(&number))) return false;
   const bool is_signed = type == "char" || type == "int8";
@@ -64,7 +64,7 @@ bool ParseAs(std::string_view type, std::string_view word, char* to) {
   return true;
 }
 
-// The number of values that a list's count, of the PLY type `type`, announces; -1: a wrong one.
+// The number of values in a list, from its count of the PLY type `type`; -1: invalid.
 int64_t ListLength(std::string_view type, const char* count) {
   const auto as = [&](auto value) {
     std::memcpy(&value, count, sizeof(value));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The body of an ascii PLY as the bytes that a binary little-endian one would have, read block by
-// block.
+// Reads the body of an ascii PLY block by block, as the bytes that a binary little-endian PLY would
+// have.
 #pragma once
 
 #include <cstdint>
@@ -15,22 +15,22 @@ namespace retint {
 
 class PlyAscii {
  public:
-  // Begins behind the header. Reads nothing yet.
+  // Starts after the header. Reads nothing yet.
   PlyAscii(const InputFile& file, const PlyHeader& header);
 
-  // `count` rows of scalars into the first bytes of `to`; `first` is the index of the first of
-  // them, for messages. InputError with the line for a value that is missing, not a number or out
-  // of its type's range.
+  // Reads `count` rows of scalars into the first bytes of `to`. `first`: index of the first row,
+  // for messages. InputError with the line for a value that is missing, not a number or out of its
+  // type's range.
   void ReadRows(const PlyElement& element, size_t first, size_t count, std::vector<char>& to);
-  // A whole element, lists included, appended to `to`, which grows as values are found.
+  // Appends a whole element, including lists, to `to`, which grows with the values found.
   void ReadElement(const PlyElement& element, std::vector<char>& to);
-  // Whether only white space follows.
+  // Whether only white space is left.
   bool AtEnd() { return NextWord().empty(); }
 
  private:
   std::string_view NextWord();  // empty at the end of the file; valid until the next call
   bool Refill();
-  // One value of a PLY type into `to`, which has room for it.
+  // Reads one value of a PLY type into `to`, which must have room for it.
   void ReadValue(const std::string& type, const std::string& name, char* to);
   [[noreturn]] void Fail(const std::string& fault) const;
 

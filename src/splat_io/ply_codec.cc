@@ -25,7 +25,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-constexpr size_t kBlockBytes = size_t{256} << 10;  // of rows at a time; stays in the L2 cache
+constexpr size_t kBlockBytes = size_t{256} << 10;  // of rows at a time; fits the L2 cache
 
 std::string Indexed(std::string_view prefix, int i) {
   return std::string(prefix) + std::to_string(i);
@@ -33,7 +33,7 @@ std::string Indexed(std::string_view prefix, int i) {
 
 int FileDegree(const GaussianModel& model) { return HasShBand4(model) ? 4 : model.sh_degree; }
 
-// The columns in the order of the original code.
+// The order of columns in the original code.
 std::vector<std::string> CanonicalOrder(int sh_degree) {
   std::vector<std::string> order = {"x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2"};
   const int rest = 3 * ((sh_degree + 1) * (sh_degree + 1) - 1);
@@ -55,7 +55,7 @@ void KeepTrailingHeader(const PlyHeader& header, SourceLayout& source) {
   }
 }
 
-// Reads the rows block by block, from binary as they are or from ascii as if it had been binary.
+// Reads the rows block by block: binary ones as they are, ascii ones converted to binary.
 void ReadBody(const PlyHeader& header, const InputFile& file, size_t stride, PlyRowReader& reader,
               Monitor& monitor, SourceLayout& source) {
   std::vector<char>& trailing = source.trailing_bytes;
@@ -110,8 +110,8 @@ void CheckWritable(const GaussianModel& model, const std::filesystem::path& path
   }
 }
 
-// The source's columns, where they fit the model: columns that the model no longer has are dropped,
-// missing ones follow the last SH column.
+// The source's order of columns, adapted to the model: drops columns that the model no longer has,
+// and adds missing ones after the last SH column.
 std::vector<std::string> ColumnOrder(const GaussianModel& model,
                                      const std::vector<PlyField>& fields) {
   std::vector<std::string> canonical = CanonicalOrder(FileDegree(model));
@@ -185,7 +185,8 @@ class RowWriter {
 
   size_t stride() const { return stride_; }
 
-  // Rows [first, first + count) into `rows`. Columns without a source (nx ny nz) stay as they are.
+  // Writes rows [first, first + count) to `rows`. Columns without a source (nx ny nz) do not
+  // change.
   void Give(char* rows, size_t first, size_t count) const {
     for (size_t f = 0; f < fields_.size(); ++f) {
       const std::vector<size_t>& scatter = scatters_[f];

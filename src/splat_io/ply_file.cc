@@ -20,7 +20,7 @@
 namespace retint {
 namespace {
 
-// Records that are this close are read together: the bytes between cost less than another read.
+// Records with smaller gaps are read together: reading the gap costs less than another read.
 constexpr uint64_t kGapBytes = uint64_t{32} << 10;
 constexpr uint64_t kRunBytes = uint64_t{4} << 20;
 
@@ -29,7 +29,7 @@ FileStamp StampOf(const struct stat& info) {
           int64_t{info.st_mtim.tv_sec} * 1'000'000'000 + info.st_mtim.tv_nsec};
 }
 
-// Records [begin, end) of a list that lie close together in the file.
+// Records [begin, end) of a list, close to each other in the file.
 struct Stretch {
   size_t begin, end;
 };
@@ -51,7 +51,7 @@ std::vector<Stretch> Stretches(std::span<const uint32_t> records, uint64_t recor
   return stretches;
 }
 
-// A column of floats or doubles in a record.
+// A float or double column of a record.
 struct Column {
   size_t offset;
   bool is_double;
@@ -90,7 +90,7 @@ struct PlyFile::Impl {
     }
     throw InputError(file.path(), "lacks the column " + name);
   }
-  // The values that an edit changes, in the order of GaussianModel::sh.
+  // The columns that an edit changes, in the order of GaussianModel::sh.
   std::vector<Column> Colors() const {
     std::vector<Column> columns;
     for (const std::string& name : layout.fields.back().columns) columns.push_back(ColumnOf(name));
@@ -156,7 +156,7 @@ GaussianModel PlyFile::Read(std::span<const uint32_t> records, Monitor& monitor)
       const uint64_t from = records[begin];
       std::vector<char> bytes((records[end - 1] - from + 1) * stride);
       ReadBytes(first_byte() + from * stride, bytes.data(), bytes.size());
-      // Closes the gaps, in place.
+      // Moves the records together, in place.
       for (size_t i = begin; i < end; ++i) {
         std::memmove(&bytes[(i - begin) * stride], &bytes[(records[i] - from) * stride], stride);
       }
@@ -185,7 +185,7 @@ void PlyFile::WritePatched(const std::filesystem::path& path_to, std::span<const
   CheckUnchanged();
   AtomicFile copy(path_to);
   monitor.Step("save", 0, 1);
-  // Without what follows all that the header announces, as PlyCodec writes it.
+  // Without bytes after the announced ones, as PlyCodec writes it.
   const uint64_t bytes_copied = impl_->layout.header.elements.size() > 1
                                     ? stamp().bytes
                                     : first_byte() + count() * record_bytes();

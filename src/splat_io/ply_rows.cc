@@ -19,7 +19,7 @@ static_assert(std::endian::native == std::endian::little);
 
 using ColumnOffsets = std::unordered_map<std::string, size_t>;
 
-constexpr const char* kThickness = "scale_2";  // of a Gaussian, which a disc of 2DGS has not
+constexpr const char* kThickness = "scale_2";  // of a Gaussian; the discs of 2DGS have none
 
 std::string Indexed(std::string_view prefix, int i) {
   return std::string(prefix) + std::to_string(i);
@@ -53,7 +53,7 @@ int InferDegree(const PlyElement& vertex, const std::filesystem::path& path) {
                              " f_rest_* columns; 0, 9, 24, 45 or 72 make an SH degree of 0 to 4");
 }
 
-// All are there, or all but the thickness of 2D Gaussians. Whether those are they.
+// True if only the thickness of 2D Gaussians is missing. InputError if another column is missing.
 bool RequireColumns(const PlyLayout& layout, const std::filesystem::path& path) {
   std::string missing;
   int count = 0;
@@ -69,7 +69,7 @@ bool RequireColumns(const PlyLayout& layout, const std::filesystem::path& path) 
                              (count > 8 ? ", ... (" + std::to_string(count) + " in all)" : ""));
 }
 
-// Lays out the columns of a row, notes what is carried in `source`; returns the bytes of a row.
+// Lays out the columns of a row and lists the kept ones in `source`. Returns the bytes of a row.
 size_t LayOutRow(const PlyElement& vertex, const std::vector<PlyField>& fields,
                  const std::filesystem::path& path, ColumnOffsets& offsets, SourceLayout& source) {
   std::unordered_set<std::string_view> known;
@@ -94,15 +94,15 @@ size_t LayOutRow(const PlyElement& vertex, const std::vector<PlyField>& fields,
   return stride;
 }
 
-// The least and, in binary, the only length of a row, `stride`, against the file's. Bytes after the
-// rows are noted, as other programs ignore them.
+// Checks the file's length against that of its rows: `stride` each in binary, at least 2 a value in
+// ascii. Notes bytes after the rows, which other programs ignore.
 void CheckLength(const PlyHeader& header, size_t stride, uint64_t file_bytes,
                  const std::filesystem::path& path, SourceLayout& source) {
   const uint64_t count = header.elements[0].count;
   const uint64_t body = file_bytes - header.bytes;
   if (count == 0) throw InputError(path, "holds no Gaussians");
   if (header.format == "ascii") {
-    stride = 2 * header.elements[0].properties.size();  // a digit and its end
+    stride = 2 * header.elements[0].properties.size();  // a digit and a separator
     if (count > (body + 1) / stride) {
       throw InputError(path, "truncated: the header announces " + std::to_string(count) +
                                  " Gaussians, " + std::to_string(body) + " bytes follow it");
@@ -119,7 +119,7 @@ void CheckLength(const PlyHeader& header, size_t stride, uint64_t file_bytes,
   }
 }
 
-// True when a value is NaN or infinite: all exponent bits set. Branch-free, so that it vectorizes.
+// Whether a value is NaN or infinite: all exponent bits are 1. Branch-free, so that it vectorizes.
 bool AnyNotFinite(const float* values, size_t count) {
   uint32_t any = 0;
   for (size_t i = 0; i < count; ++i) {
@@ -128,8 +128,8 @@ bool AnyNotFinite(const float* values, size_t count) {
   return any != 0;
 }
 
-// Programs that make a .ply of a format whose opacities have 8 bits write the logits of 0 and 1
-// (Niantic's spz does): read as such formats are read here.
+// Converters from formats with 8-bit opacities write infinite logits for 0 and 1 (Niantic's spz
+// does). They are read as in those formats.
 void KeepLogitsFinite(float* logits, size_t count) {
   for (size_t i = 0; i < count; ++i) {
     if (std::isinf(logits[i])) logits[i] = Logit(logits[i] > 0 ? 1 : 0);
@@ -247,7 +247,7 @@ void PlyRowReader::Take(const char* rows, size_t first, size_t count, const uint
   }
 }
 
-// A double beyond the range of float becomes infinite and is refused as such.
+// A double beyond the range of float becomes infinite, and is then rejected.
 void PlyRowReader::TakeDoubles(const Gather& gather, const char* rows, size_t count,
                                float* to) const {
   const size_t width = gather.offsets.size();

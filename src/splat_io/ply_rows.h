@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Internal to splat_io: how a 3DGS .ply lays out its rows, and rows as Gaussians.
+// Internal to splat_io: the layout of rows in a 3DGS .ply, and their conversion to Gaussians.
 #pragma once
 
 #include <cstddef>
@@ -17,17 +17,17 @@
 
 namespace retint {
 
-// One array of the model and the column of each of its values, in the array's order.
+// An array of the model, and the column of each of its values, in order.
 struct PlyField {
   FloatArray GaussianModel::*values;
   std::vector<std::string> columns;
 };
 
-// The whole mapping between file and model, for reading and writing alike. The degree is the
-// file's, up to 4, whose own coefficients are columns that are carried (scene/sh_band4.h).
+// The mapping between file and model, for reading and writing. The degree is the file's, up to 4;
+// own columns keep the coefficients of degree 4 (scene/sh_band4.h).
 std::vector<PlyField> PlyFields(int sh_degree);
 
-// f_rest_0 and so on.
+// Whether a column is f_rest_0, f_rest_1, ...
 bool IsPlyRest(std::string_view column);
 
 struct PlyLayout {
@@ -41,27 +41,27 @@ struct PlyLayout {
   uint64_t count() const { return header.elements[0].count; }
 };
 
-// InputError for a file that is no 3DGS .ply, or whose length does not fit its header.
+// InputError for a file that is not a 3DGS .ply, or has another length than its header says.
 PlyLayout ReadPlyLayout(const InputFile& file);
 
-// A note of bytes after all that the header of a PLY announces.
+// The note about bytes after those that a PLY's header announces.
 std::string BytesLeftOut(const std::filesystem::path& path, uint64_t bytes, uint64_t gaussians);
 
 class PlyRowReader {
  public:
-  // Fills `model`, which has the size and the source of `layout`; all must outlive the reader.
-  // Takes the render model and the color space from the header, and notes what they cost.
+  // Fills `model`, which has the size and the source of `layout`. All arguments must outlive the
+  // reader. Reads render model and color space from the header, and notes their effects.
   PlyRowReader(const PlyLayout& layout, GaussianModel& model, const std::filesystem::path& path,
                BadRows bad);
 
-  // `count` binary rows, which lie at `rows`, as the model's Gaussians from `first` on. A value
-  // that is not finite is an InputError with the row's number in the file: numbers[i], or without
-  // them first + i.
+  // Converts `count` binary rows at `rows` to the Gaussians from `first` on. InputError for a value
+  // that is not finite, with the row's number in the file: numbers[i], or first + i if `numbers` is
+  // null.
   void Take(const char* rows, size_t first, size_t count, const uint32_t* numbers = nullptr);
 
  private:
-  struct Gather {                 // a field's columns
-    std::vector<size_t> offsets;  // bytes in a row; SIZE_MAX: a scale that the file lacks
+  struct Gather {                 // the columns of a field
+    std::vector<size_t> offsets;  // in bytes; SIZE_MAX: a scale that the file lacks
     std::vector<bool> is_double;
     bool any_double = false;
   };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// In Highway, compiled once a target and chosen at run time.
+// Uses Highway: compiled for several targets, chosen at run time.
 #include "splat_io/row_vectors.h"
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "splat_io/row_vectors.cc"
 #include <hwy/foreach_target.h>
-// After foreach_target.
+// These must follow foreach_target.
 #include <hwy/contrib/math/math-inl.h>
 #include <hwy/highway.h>
 
@@ -33,7 +33,7 @@ HWY_INLINE void LogVector(float* values) {
   const auto scale = hn::IfThenElse(hn::Eq(value, hn::Zero(d)), least, value);
   const auto is_finite = hn::And(hn::Gt(scale, hn::Zero(d)),
                                  hn::Le(scale, hn::Set(d, std::numeric_limits<float>::max())));
-  // A square root keeps infinity, and makes NaN of numbers without a logarithm.
+  // A square root keeps infinity, and gives NaN for numbers without a logarithm.
   hn::StoreU(hn::IfThenElse(is_finite, hn::Log(d, scale), hn::Sqrt(scale)), d, values);
 }
 
@@ -50,7 +50,7 @@ void LogScalesOfTarget(float* scales, size_t count) {
 
 // ---- Vertices of a compressed .ply
 
-// Bounds are mixed in double, as the format's own programs do.
+// Interpolates bounds in double precision, as the format's own programs do.
 using Doubles = hn::CappedTag<double, 8>;
 using Narrow = hn::Rebind<float, Doubles>;
 using Words = hn::Rebind<uint32_t, Doubles>;
@@ -58,7 +58,7 @@ using Integers = hn::Rebind<int32_t, Doubles>;
 constexpr size_t kMostRows = 8;
 constexpr size_t kVertexBytes = 16, kOpacityByte = 12;  // little-endian words
 
-// `bits` bits of each word, from bit `shift` on, as shares of the most that they hold.
+// Some bits of each word, from bit kShift on, as a fraction of the largest value kMost.
 template <int kShift, uint32_t kMost>
 HWY_INLINE hn::Vec<Doubles> Share(hn::Vec<Words> word) {
   const auto bits = hn::And(hn::ShiftRight<kShift>(word), hn::Set(Words(), kMost));
@@ -73,14 +73,14 @@ HWY_INLINE hn::Vec<Narrow> Mix(float low, float high, hn::Vec<Doubles> share) {
   return hn::DemoteTo(Narrow(), mixed);
 }
 
-// Three values of 11, 10 and 11 bits, within the six bounds.
+// Unpacks three values of 11, 10 and 11 bits between the six bounds.
 HWY_INLINE void UnpackThree(hn::Vec<Words> word, const float* bounds, float* to) {
   hn::StoreInterleaved3(Mix(bounds[0], bounds[3], Share<21, 2047>(word)),
                         Mix(bounds[1], bounds[4], Share<11, 1023>(word)),
                         Mix(bounds[2], bounds[5], Share<0, 2047>(word)), Narrow(), to);
 }
 
-// UnpackSmallestThree() of three times 10 bits, below the largest component's number.
+// UnpackSmallestThree() of three times 10 bits, below the index of the largest component.
 HWY_INLINE void UnpackRotations(hn::Vec<Words> word, float* to) {
   const Doubles d;
   const Words words;
@@ -120,7 +120,7 @@ HWY_INLINE void UnpackColors(hn::Vec<Words> word, const float* bounds, float* to
                         coefficient(bounds[2], bounds[5], Share<8, 255>(word)), d, to);
 }
 
-// As many vertices as Doubles has lanes; their colors to `colors`, [rows, 3].
+// Unpacks as many vertices as Doubles has lanes; their colors go to `colors`, [rows, 3].
 HWY_NOINLINE void UnpackRows(const char* vertices, const ChunkBounds& bounds, float* means,
                              float* quats_wxyz, float* log_scales, float* opacity_logits,
                              float* colors) {
@@ -145,7 +145,7 @@ void UnpackVerticesOfTarget(const char* vertices, size_t count, const ChunkBound
     const size_t rows = std::min(lanes, count - g);
     const char* const from = vertices + kVertexBytes * g;
     float colors[3 * kMostRows];
-    if (rows == lanes) {  // read in place: from a copy just made, vectors would wait for it
+    if (rows == lanes) {  // in place: vector loads would wait for a fresh copy
       UnpackRows(from, bounds, to.mean + 3 * g, to.quat_wxyz + 4 * g, to.log_scale + 3 * g,
                  to.opacity_logit + g, colors);
     } else {
@@ -169,7 +169,7 @@ void UnpackVerticesOfTarget(const char* vertices, size_t count, const ChunkBound
 
 constexpr size_t kShBytes = 45, kShFloats = 48;
 
-// ((i + 0.5) / 256 - 0.5) * 8, both ends at -4 and 4.
+// ((i + 0.5) / 256 - 0.5) * 8, but -4 and 4 at the ends.
 HWY_INLINE void ShOfBytes(const uint8_t* bytes, float* sh) {
   const Floats d;
   const hn::Rebind<int32_t, Floats> integers;
@@ -181,9 +181,9 @@ HWY_INLINE void ShOfBytes(const uint8_t* bytes, float* sh) {
   hn::StoreU(mapped, d, sh);
 }
 
-// From [3, 15] to [15, 3], and the last 16 bytes of that once more behind three without meaning: a
-// vector of them can be loaded before its bytes have reached the cache only from a single store.
-// Reads one byte beyond the Gaussian's own.
+// From [3, 15] to [15, 3], then 3 unused bytes, then the last 16 bytes again. They come from a
+// single store, because a vector can be loaded from one before it reaches the cache. Reads one byte
+// beyond the Gaussian's own.
 constexpr size_t kLastAt = kShBytes + 3, kInterleaved = kLastAt + 16;
 HWY_INLINE void InterleaveSh(const uint8_t* bytes, uint8_t* interleaved) {
 #if HWY_TARGET == HWY_SCALAR
@@ -203,7 +203,7 @@ HWY_INLINE void UnpackShRow(const uint8_t* bytes, float* sh) {
   InterleaveSh(bytes, interleaved);
   const size_t lanes = hn::Lanes(Floats());
   for (size_t i = 0; i + lanes <= kShBytes; i += lanes) ShOfBytes(interleaved + i, sh + 3 + i);
-  ShOfBytes(interleaved + kInterleaved - lanes, sh + kShFloats - lanes);  // the rest, some twice
+  ShOfBytes(interleaved + kInterleaved - lanes, sh + kShFloats - lanes);  // the rest, overlapping
 }
 
 void UnpackShOfTarget(const char* bytes, size_t count, float* sh) {

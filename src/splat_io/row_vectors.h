@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The codecs' arithmetic on many Gaussians at a time. One machine gives a Gaussian the same bits
-// whichever others are unpacked with it, so that a writer finds a reader's values of a record.
+// The arithmetic of codecs on many Gaussians at a time. On one machine, the bits of a Gaussian do
+// not depend on the others, so that a writer reproduces a reader's values of a record.
 #pragma once
 
 #include <array>
@@ -10,21 +10,21 @@
 
 namespace retint {
 
-// LogScale() of each value, in place. A value that is negative or not a number becomes NaN,
-// infinity stays.
+// LogScale() of each value, in place. A value that is negative or not a number becomes NaN;
+// infinity does not change.
 void LogScales(float* scales, size_t count);
 
-// A chunk's bounds in a compressed .ply: the least x, y, z and the greatest, of positions, log
-// scales and colors in turn.
+// Bounds of a chunk in a compressed .ply: least x, y, z and greatest x, y, z of positions, then of
+// log scales, then of colors.
 using ChunkBounds = std::array<float, 18>;
 
-// Unpacks `count` vertices of a compressed .ply, 16 bytes each (position, rotation, scale, color),
-// to the rows from `to` on; of spherical harmonics the first three of each row, which has
-// `sh_values`. `vertices` is aligned to 4 bytes.
+// Unpacks `count` vertices of a compressed .ply, 16 bytes each (position, rotation, scale, color).
+// They go to the rows from `to` on, colors to the first three of a row's `sh_values` coefficients.
+// `vertices` needs an alignment of 4 bytes.
 void UnpackVertices(const char* vertices, size_t count, const ChunkBounds& bounds,
                     const RowPlaces& to, size_t sh_values);
 
-// Unpacks 45 bytes a Gaussian, [3, 15], to values 3 to 47 of its 48, [16, 3].
+// Unpacks 45 bytes a Gaussian, [3, 15], to values 3 to 47 of its [16, 3].
 void UnpackShOfDegree3(const char* bytes, size_t count, float* sh);
 
 }  // namespace retint

@@ -20,9 +20,9 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr uint64_t kPixelBytes = 5 * 4;  // of the five pictures, a Gaussian
+constexpr uint64_t kPixelBytes = 5 * 4;  // of the five pictures, per Gaussian
 
-// The sources of values: each of these bits is a picture, or the memory that values go to.
+// The inputs of decoding steps. Each bit is a picture, or the memory for the values.
 enum Input : uint32_t {
   kMemory = 1,
   kMeansLow = 2,
@@ -35,7 +35,7 @@ enum Input : uint32_t {
 };
 
 struct Bands {
-  size_t palette = 0, coefficients = 0;  // of each set, above degree 0
+  size_t palette = 0, coefficients = 0;  // of each set; 0 at degree 0
   std::vector<float> codebook;
   RgbaPicture centroids, labels;
 };
@@ -75,9 +75,9 @@ class Scene {
     return files_->Paths(names);
   }
 
-  // Packed files are read one after the other and decoded all at once, the largest first. Meanwhile
-  // the system provides the pages of the Gaussians. Values are made as soon as their pictures are
-  // there.
+  // Reads packed files one after the other, then decodes all in parallel, the largest first.
+  // Meanwhile, the system provides memory pages for the Gaussians. Values are decoded as soon as
+  // their pictures are complete.
   GaussianModel Read() && {
     std::vector<std::string> packed;
     for (const Wanted& one : wanted_) {
@@ -86,7 +86,7 @@ class Scene {
     }
     std::vector<size_t> order = LargestFirst(packed);
     order.insert(order.begin() + 1, wanted_.size());
-    if (bands_.coefficients == 0) Arrive(kCentroids);  // of which there are none
+    if (bands_.coefficients == 0) Arrive(kCentroids);  // there are none
     std::atomic<size_t> tasks = 0;
     ForEachTask(order, [&](size_t i) {
       monitor_.Step("load", 1.0 + static_cast<double>(tasks++), 1.0 + double(order.size()));
@@ -150,14 +150,14 @@ class Scene {
       Fail("does not name its pictures");
     }
     const auto name = (*found)[index].get<std::string>();
-    // Nothing outside of the bundle or the folder.
+    // Only files in the bundle or the folder.
     if (name.empty() || name.find_first_of("/\\") != std::string::npos || name[0] == '.') {
       Fail("names a picture that is no plain file name");
     }
     return name;
   }
 
-  // A picture to be decoded, of a number of pixels within bounds.
+  // A picture to decode, and its limits on pixels.
   struct Wanted {
     std::string name;
     uint64_t least_pixels, most_pixels;
@@ -191,14 +191,14 @@ class Scene {
     Want(part, 1, kLabels, bands_.labels);
   }
 
-  // Something to do once all that it needs is there.
+  // A step that runs once all its inputs are complete.
   struct Step {
     void (Scene::*work)();
     std::atomic<uint32_t> missing;  // of Input
     std::exception_ptr fault;
   };
 
-  // Takes the steps that waited for `input` alone.
+  // Runs the steps for which `input` was the last missing one.
   void Arrive(Input input) {
     for (Step& step : steps_) {
       if (step.missing.fetch_and(~uint32_t{input}) != input) continue;
@@ -210,7 +210,7 @@ class Scene {
     }
   }
 
-  // "model" is PlayCanvas' word of 2026, "antialias" the earlier one.
+  // PlayCanvas writes "model" since 2026, and "antialias" before.
   void TakeRenderModel() {
     SplatTraits& traits = model_.traits;
     const Json& model = meta_.contains("model") ? meta_["model"] : Json();
@@ -242,7 +242,7 @@ class Scene {
     tables.Keep(model_.source);
   }
 
-  // body(g) for every Gaussian.
+  // Calls body(g) for every Gaussian, in parallel.
   template <typename Body>
   void ForGaussians(const Body& body) {
     constexpr size_t kRows = 4096;
@@ -335,7 +335,7 @@ class Scene {
   std::vector<float> least_, most_, scale_table_, color_table_;
   RgbaPicture means_low_, means_high_, quats_, scales_, colors_;
   Bands bands_;
-  // Of several faults the first of these is thrown.
+  // If several steps fail, the first of these is thrown.
   std::array<Step, 6> steps_{{
       {&Scene::DecodeMeans, kMemory | kMeansLow | kMeansHigh, {}},
       {&Scene::DecodeQuats, kMemory | kQuats, {}},
@@ -355,7 +355,7 @@ std::span<const std::string_view> SogCodec::Extensions() const {
 
 bool SogCodec::Sniff(std::string_view head) const {
   if (head.starts_with("PK\x03\x04") && head.size() > 30) {
-    // The first entry's name, behind its header of 30 bytes.
+    // The name of the first entry follows its header of 30 bytes.
     const std::string_view name = head.substr(30, LoadAs<uint16_t>(head.data() + 26));
     return name == "meta.json" || name.ends_with(".webp");
   }

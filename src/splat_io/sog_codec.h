@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// PlayCanvas's SOG version 2 (developer.playcanvas.com, "The SOG Format"), a zip bundle or a
-// folder.
+// SOG version 2 of PlayCanvas (developer.playcanvas.com, "The SOG Format"), as a zip bundle or a
+// folder of files.
 #pragma once
 
 #include "splat_io/splat_io.h"
 
 namespace retint {
 
-// meta.json and lossless WebP pictures of a pixel a Gaussian: positions in 16 bits between bounds,
-// of sign(x) ln(1 + |x|); quaternions of which the three smaller components have 8 bits; log scales
-// and SH degree 0 as indices into tables of 256 values; opacities in 8 bits; higher SH as an index
-// into a palette of at most 65,536 sets. The frame is the .ply's.
-// A folder is read and written by its meta.json, which is put in place last. Rounding: positions
-// 1/65535 of their extent as logarithms, rotations 1/180, opacities 1/510; scales, colors and
-// higher bands to the tables that fit them best (sog_tables.h). Written over a scene that came from
-// a SOG, values that were not edited keep theirs; where a new color lies further than a step of 255
-// from what the tables hold beside that, tables are made anew.
+// meta.json and lossless WebP pictures with one pixel a Gaussian. Positions, as sign(x) ln(1 +
+// |x|), have 16 bits between bounds. The three smaller components of a quaternion have 8 bits each,
+// opacities 8 bits. Log scales and SH degree 0 are indices into tables of 256 values, higher SH an
+// index into a palette of at most 65,536 sets. The frame is that of the .ply. A folder is named by
+// its meta.json, which is written last.
+// Rounding: positions 1/65535 of the extent of their logarithms, rotations 1/180, opacities 1/510;
+// scales, colors and higher bands to the tables that fit best (sog_tables.h). Written over a scene
+// that came from a SOG, unedited values keep theirs. New colors use free entries of the tables; if
+// one is more than 1/255 off, the tables are made anew.
 class SogCodec : public SplatCodec {
  public:
   std::string_view Name() const override { return "SOG (.sog or meta.json)"; }

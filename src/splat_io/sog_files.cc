@@ -18,9 +18,9 @@
 namespace retint {
 namespace {
 
-// Pictures are packed already, and text shrinks to a tenth.
+// Pictures are packed already. Text shrinks to a tenth.
 constexpr uint64_t kSmall = 65536, kMostRatio = 16;
-constexpr int kWebpEffort = 4;  // of 9: more takes several times as long for a few percent
+constexpr int kWebpEffort = 4;  // of 9: higher efforts take several times as long for a few percent
 
 class ZipBundle : public SogFiles {
  public:
@@ -45,7 +45,7 @@ class ZipBundle : public SogFiles {
     const std::unique_ptr<zip_file_t, int (*)(zip_file_t*)> file(
         zip_fopen(zip_.get(), name.c_str(), 0), zip_fclose);
     std::string bytes(file ? info.size : 0, '\0');
-    // Reading to the end has the checksum compared.
+    // Reading to the end makes libzip compare the checksum.
     char end;
     if (!file || zip_fread(file.get(), bytes.data(), info.size) != zip_int64_t(info.size) ||
         zip_fread(file.get(), &end, 1) != 0) {
@@ -88,7 +88,7 @@ class Folder : public SogFiles {
   uint64_t PackedBytes() const override { return bytes_; }
 
  private:
-  // The file that describes the others may have another name.
+  // The meta.json may have another name.
   std::filesystem::path PathOf(const std::string& name) const {
     return name == "meta.json" ? meta_ : Parent() / name;
   }
@@ -102,18 +102,18 @@ class Folder : public SogFiles {
 };
 
 constexpr zip_int64_t kNoDate =
-    315532800;  // 1980, the first that a zip has: bytes do not depend on now
+    315532800;  // 1980, the earliest in a zip: bytes do not depend on the date
 
 [[noreturn]] void FailZip() { throw RunError("a zip bundle cannot be made"); }
 
-// meta.json comes first, which tells a SOG from other archives.
+// meta.json comes first, because it tells a SOG from other archives.
 std::string Zip(const std::map<std::string, std::string>& files) {
   zip_error_t error;
   zip_error_init(&error);
   zip_source_t* const bundle = zip_source_buffer_create(nullptr, 0, 0, &error);
   if (!bundle) FailZip();
   const std::unique_ptr<zip_source_t, void (*)(zip_source_t*)> free_bundle(bundle, zip_source_free);
-  zip_source_keep(bundle);  // closing the archive lets go of it once
+  zip_source_keep(bundle);  // closing the archive releases it once
   zip_t* const zip = zip_open_from_source(bundle, ZIP_TRUNCATE, &error);
   if (!zip) {
     zip_source_free(bundle);
@@ -211,7 +211,7 @@ std::string EncodeWebp(const RgbaPicture& picture) {
 void WriteSogFiles(const std::filesystem::path& path,
                    const std::map<std::string, std::string>& files) {
   if (IsBundle(path)) return WriteFile(path, Zip(files));
-  // All are on the disk before the first is in place.
+  // All files are on disk before the first is put in place.
   std::deque<AtomicFile> staged;
   for (const auto& [name, bytes] : files) {
     if (name == "meta.json") continue;

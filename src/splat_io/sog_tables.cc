@@ -14,15 +14,15 @@
 namespace retint {
 namespace {
 
-constexpr int kRounds = 40;  // of Lloyd's; the rest to gain then is below a percent
+constexpr int kRounds = 40;  // of Lloyd's algorithm; more would gain less than a percent
 
 void SortDistinct(std::vector<float>& values) {
   std::sort(values.begin(), values.end());
   values.erase(std::unique(values.begin(), values.end()), values.end());
 }
 
-// Half of the centers where the values are, half evenly between the ends, so that few far values
-// are met too.
+// Half of the centers are quantiles of the values. The others are spread evenly, so that a few far
+// values get some too.
 std::vector<double> FirstCenters(const std::vector<float>& sorted, size_t count) {
   std::vector<double> centers;
   const double low = sorted.front(), high = sorted.back();
@@ -61,7 +61,7 @@ std::string_view BytesOf(const float* vector, size_t width) {
   return {reinterpret_cast<const char*>(vector), width * sizeof(float)};
 }
 
-// A set of vectors: a range of an order of them.
+// A set of vectors: a range in an order.
 struct Cell {
   size_t begin = 0, end = 0, axis = 0;
   double squares = 0;
@@ -75,7 +75,7 @@ class Splitter {
   Splitter(const float* vectors, size_t width, size_t stride, std::vector<uint32_t> order)
       : vectors_(vectors), width_(width), stride_(stride), order_(std::move(order)) {}
 
-  // Sets of the order, `most` at most.
+  // Splits the order into at most `most` sets.
   std::vector<Cell> Split(size_t most, Monitor& monitor) {
     std::priority_queue<Cell> open;
     open.push(Measured(0, order_.size()));
@@ -88,7 +88,7 @@ class Splitter {
       const auto last = order_.begin() + static_cast<ptrdiff_t>(cell.end);
       const auto middle = std::stable_partition(
           first, last, [&](uint32_t i) { return double{At(i, cell.axis)} < mean; });
-      // A mean that rounds to one end leaves nothing on one side.
+      // If the mean rounds to one end, one side would be empty.
       if (middle == first || middle == last) {
         open.push({cell.begin, cell.end, cell.axis, 0});
         continue;
@@ -142,12 +142,12 @@ class Splitter {
 
 constexpr uint32_t kKnown = UINT32_MAX;
 
-// Vectors by their bytes: those that are known, and kinds of others.
+// Vectors by their bytes: known ones, and kinds of other ones.
 struct Kinds {
-  std::vector<uint32_t> label;  // of each vector among the known; else 0
-  std::vector<uint32_t> of;     // the kind of each vector; kKnown
-  std::vector<uint32_t> first;  // of each kind, in the order of the vectors
-  std::vector<bool> used;       // of each that is known
+  std::vector<uint32_t> label;  // of each vector: its place among the known ones, else 0
+  std::vector<uint32_t> of;     // of each vector: its kind, or kKnown
+  std::vector<uint32_t> first;  // of each kind: its first vector
+  std::vector<bool> used;       // of each known vector
 
   Kinds(const float* vectors, size_t count, size_t width, size_t stride,
         const std::vector<float>& known)
@@ -195,7 +195,7 @@ std::vector<float> RefitTable(std::span<const float> table, const std::vector<fl
   }
   std::vector<float> result(table.begin(), table.end());
   if (fresh.empty()) return result;
-  // Free: entries that no value equals, and those that stand in the table twice.
+  // Free entries: no value equals them, or they are in the table twice.
   std::vector<size_t> free;
   std::vector<float> taken;
   for (size_t i = 0; i < result.size(); ++i) {
@@ -258,7 +258,7 @@ VectorPalette FitPalette(const float* vectors, size_t count, size_t width, size_
   }
   palette.labels = std::move(kinds.label);
   if (kinds.first.empty()) return palette;
-  if (slots.empty()) {  // every entry is some vector's: all are made anew
+  if (slots.empty()) {  // all entries equal vectors: all are made anew
     return FitPalette(vectors, count, width, stride, {}, most, monitor);
   }
   if (slots.back() >= num_known) palette.entries.resize((slots.back() + size_t{1}) * width);

@@ -19,9 +19,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kMark = "SOG 2";  // of SourceLayout::packed_format
-constexpr int kMostSide = 16383;        // pixels, of a WebP picture
-// How far a new color may lie from its entry in tables that were there, before they are made anew:
-// one of 255 steps of the color, and as much of a coefficient above degree 0.
+constexpr int kMostSide = 16383;        // of a side of a WebP picture, in pixels
+// The largest distance of a new color from its entry in existing tables: 1 of 255 steps of the
+// color, or as much of a higher coefficient. Farther off, tables are made anew.
 constexpr float kMostOff = 1 / 255.0f / kShC0;
 
 // Opaque black.
@@ -29,7 +29,7 @@ void Clear(RgbaPicture& picture) {
   for (size_t i = 0; i < picture.rgba.size(); ++i) picture.rgba[i] = i % 4 == 3 ? 255 : 0;
 }
 
-// A picture of a pixel a Gaussian; the remaining pixels are opaque black.
+// A picture with one pixel a Gaussian; remaining pixels are opaque black.
 RgbaPicture PictureFor(size_t count, const std::filesystem::path& path) {
   const auto n = static_cast<double>(count);
   const int width = 4 * static_cast<int>(std::ceil(std::sqrt(n) / 4));
@@ -59,7 +59,7 @@ class Encoder {
         known_(SogTables::Of(model)),
         count_(model.NumGaussians()) {}
 
-  // The files of `files` with the colors of the model.
+  // The files `files`, with the colors of the model.
   std::map<std::string, std::string> Recolor(const SogFiles& files) {
     meta_ = Json::parse(files.Read("meta.json"));
     const bool has_bands = meta_.contains("shN") && meta_["shN"]["bands"] != 0;
@@ -74,7 +74,7 @@ class Encoder {
     const auto picture_of = [&](const std::string& name) {
       return DecodeWebp(files.Read(name), count_, 4 * uint64_t{count_} + 65536, path_, name);
     };
-    // Viewers look all values of a Gaussian up at one pixel: pictures keep their size.
+    // Viewers read all values of a Gaussian in one pixel: pictures keep their size.
     const std::string colors = name_of("sh0", 0);
     RgbaPicture picture = picture_of(colors), labels = picture;
     std::string centroids_name = "shN_centroids.webp", labels_name = "shN_labels.webp";
@@ -126,7 +126,7 @@ class Encoder {
 
   static double ToLog(float x) { return std::copysign(std::log1p(std::abs(double{x})), x); }
 
-  // Whether the bounds of the scene's source along an axis serve: they hold all, and not much more.
+  // Whether the source's bounds along an axis still fit: they contain all values, and little more.
   bool KnownBoundsServe(double low, double high, size_t axis) const {
     if (known_.bounds.empty()) return false;
     const double least = double{known_.bounds[axis]}, most = double{known_.bounds[3 + axis]};
@@ -183,7 +183,7 @@ class Encoder {
       const size_t g = order_[at];
       std::array<float, 4> quat;
       std::copy_n(&model_.quats_wxyz[4 * g], 4, quat.begin());
-      // A largest component that rounding made the second largest would change its place.
+      // If rounding changes which component is largest, the packed quaternion would change.
       if (known_.quats.size() == 4 * count_ && DecodeSogQuat(&known_.quats[4 * g]) == quat) {
         std::copy_n(&known_.quats[4 * g], 4, &picture.rgba[4 * at]);
         continue;
@@ -236,7 +236,7 @@ class Encoder {
     RgbaPicture centroids{
         static_cast<int>(kSogPaletteColumns * coefficients), static_cast<int>(rows), {}};
     centroids.rgba.assign(size_t(centroids.width) * rows * 4, 255);
-    // A row of the picture holds 64 sets, so that set after set is pixel after pixel.
+    // A row of the picture holds 64 sets, so consecutive sets are consecutive pixels.
     for (size_t i = 0; i < palette.entries.size(); ++i) {
       centroids.rgba[i / 3 * 4 + i % 3] = lookup.Find(palette.entries[i]);
     }
@@ -271,7 +271,7 @@ class Encoder {
 
 }  // namespace
 
-// Lengths first, which tell the parts.
+// Stores the lengths first, which separate the parts.
 void SogTables::Keep(SourceLayout& source) const {
   source.packed_format = kMark;
   source.packed.clear();

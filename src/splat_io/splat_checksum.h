@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A mark that tells one state of a splat from another, also of one that is made of several files.
+// Checksums that tell two states of a splat apart, even of a splat in several files.
 #pragma once
 
 #include <filesystem>
@@ -8,8 +8,8 @@
 
 namespace retint {
 
-// The bytes of the file that is named, and its sum; where more files belong to it (SplatFiles()), a
-// sum of the names and the sums of all. InputError as SplatFiles().
+// Size and checksum of the file `path`. If other files belong to it (SplatFiles()), the checksum is
+// that of all names and checksums. InputError as SplatFiles().
 FileChecksum ChecksumSplat(const std::filesystem::path& path);
 
 }  // namespace retint

@@ -18,8 +18,8 @@ namespace {
 
 constexpr size_t kRecordBytes = 32;
 constexpr size_t kScaleAt = 12, kColorAt = 24, kOpacityAt = 27, kRotationAt = 28;
-constexpr size_t kBlockRecords = 8192;   // written at a time
-constexpr size_t kRecordsAPiece = 2048;  // read at a time, and decoded in a core's cache
+constexpr size_t kBlockRecords = 8192;   // per write
+constexpr size_t kRecordsAPiece = 2048;  // per read; decoded in a core's cache
 constexpr const char* kMark = ".splat";  // of SourceLayout::packed_format
 
 const std::array<float, 256>& Sh0OfBytes() {
@@ -33,7 +33,7 @@ const std::array<float, 256>& Sh0OfBytes() {
   return values;
 }
 
-// `to`: the first of the rows, in a model of degree 0.
+// `to`: the first row's places, in a model of degree 0.
 void Decode(const char* records, size_t count, const RowPlaces& to) {
   const std::array<float, 256>& sh0_of = Sh0OfBytes();
   const std::array<float, 256>& logit_of = LogitsOfBytes();
@@ -52,7 +52,7 @@ void Decode(const char* records, size_t count, const RowPlaces& to) {
   LogScales(to.log_scale, 3 * count);
 }
 
-// Only the values of `row` that are not those of `was`, which `record` already stands for.
+// Encodes only the values of `row` that differ from `was`, the values of `record`.
 void Encode(const SplatRow& row, const SplatRow& was, char* record) {
   for (size_t i = 0; i < 3; ++i) {
     if (row.mean[i] != was.mean[i]) StoreAs(record + 4 * i, row.mean[i]);
@@ -107,7 +107,7 @@ GaussianModel DotSplatCodec::Read(const std::filesystem::path& path, Monitor& mo
         file.ReadAt(begin * kRecordBytes, records + begin * kRecordBytes,
                     (end - begin) * kRecordBytes);
         Decode(records + begin * kRecordBytes, end - begin, RowPlaces(model, begin));
-        // Nothing else can be infinite.
+        // Only these can be infinite.
         for (const FloatArray* values : {&model.means, &model.log_scales}) {
           if (!AllFinite(std::span(*values).subspan(3 * begin, 3 * (end - begin)))) finite = false;
         }

@@ -7,10 +7,10 @@
 
 namespace retint {
 
-// A record is position and linear scale as floats, red, green, blue and opacity as bytes of
-// [0, 1], and the unit quaternion wxyz as bytes q * 128 + 128. The frame is the .ply's. It has no
-// place for view-dependent color: SH degree 0. Colors beyond [0, 1] are clamped.
-// Written over a scene that came from a .splat, the bytes of unchanged values are the source's.
+// A record: position and linear scale as floats; red, green, blue and opacity as bytes of [0, 1];
+// the unit quaternion wxyz as bytes q * 128 + 128. The frame is that of the .ply. View-dependent
+// color is lost, so SH degree is 0. Colors are clamped to [0, 1]. Written over a scene that came
+// from a .splat, unchanged values keep their bytes.
 class DotSplatCodec : public SplatCodec {
  public:
   std::string_view Name() const override { return ".splat"; }

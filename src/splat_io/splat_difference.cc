@@ -29,7 +29,7 @@ Basis DirectionBasis() {
   return basis;
 }
 
-// Rows hold zeros above their own degree.
+// Rows are zero above their own degree.
 double ColorDifference(const SplatRow& a, const SplatRow& b, size_t coefficients,
                        const Basis& basis) {
   double most = 0;

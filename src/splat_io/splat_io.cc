@@ -24,7 +24,7 @@
 namespace retint {
 namespace {
 
-// Formats that are recognized in order to name them, not read.
+// Formats without a codec, recognized for a better message.
 struct KnownFormat {
   std::string_view signature;  // first bytes
   std::string_view extension;  // empty: any
@@ -47,7 +47,7 @@ std::string LowerName(const std::filesystem::path& path) {
 }
 
 bool HasExtension(const std::string& lower_name, std::string_view extension) {
-  // An extension's dot has a name before it; "meta.json" is a whole name.
+  // ".ply" needs a name before the dot. "meta.json" is a complete name.
   return lower_name.ends_with(extension) &&
          (extension[0] != '.' ? lower_name.size() == extension.size()
                               : lower_name.size() > extension.size());
@@ -72,7 +72,7 @@ const SplatCodec* CodecByExtension(const std::string& lower_name) {
   return nullptr;
 }
 
-// Rows of `width` values, those of `keep`.
+// Keeps only the rows `keep` of `values`, `width` values each.
 template <typename Values>
 void KeepRows(Values& values, size_t width, const std::vector<size_t>& keep) {
   Values kept;
@@ -106,7 +106,7 @@ void DropBadRows(GaussianModel& model, const std::filesystem::path& path) {
   for (ExtraColumn& extra : model.source.extras) {
     KeepRows(extra.bytes, static_cast<size_t>(extra.bytes_per_value), keep);
   }
-  model.source.packed_format.clear();  // it is of all rows
+  model.source.packed_format.clear();  // it holds all rows
   model.source.packed.clear();
   model.source.notes.push_back(std::to_string(count - keep.size()) +
                                " Gaussians with a value that is NaN or infinite were left out");
@@ -121,7 +121,7 @@ std::string SupportedFormats(bool writable) {
   return "supported: " + names;
 }
 
-// The codec of the file at `path`; InputError where there is none.
+// The codec of the file at `path`; InputError if there is none.
 const SplatCodec& CodecForReading(const std::filesystem::path& path) {
   const InputFile file(path);
   if (file.size() == 0) throw InputError(path, "empty file");
@@ -141,7 +141,7 @@ void SplatCodec::Write(const std::filesystem::path& path, const GaussianModel&, 
 }
 
 std::span<const SplatCodec* const> SplatCodecs() {
-  // A codec whose signature or extension includes another's stands before it.
+  // If a signature or extension includes another's, its codec comes first.
   static const CompressedPlyCodec compressed_ply;
   static const PlyCodec ply;
   static const DotSplatCodec splat;
@@ -185,7 +185,7 @@ GaussianModel ReadSplat(const std::filesystem::path& path, Monitor& monitor, Bad
   const ReadAhead ahead(path);
   GaussianModel model = CodecForReading(path).Read(path, monitor, bad);
   if (bad == BadRows::kDrop) DropBadRows(model, path);
-  monitor.Step("load", 1, 1);  // of codecs that report before each block
+  monitor.Step("load", 1, 1);  // codecs report before each block, not at the end
   return model;
 }
 
@@ -196,7 +196,7 @@ GaussianModel ReadSplat(const std::filesystem::path& path) {
 
 std::vector<std::filesystem::path> SplatFiles(const std::filesystem::path& path) {
   std::vector<std::filesystem::path> files = CodecForReading(path).Files(path);
-  // One file may be named for several things.
+  // A file may have several uses.
   std::sort(files.begin(), files.end());
   files.erase(std::unique(files.begin(), files.end()), files.end());
   return files;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Splat files <-> GaussianModel, a codec per format behind one registry (docs/formats.md).
-// Values that were not edited are written back bit for bit if source and target have the same
-// format.
+// Splat files <-> GaussianModel, with a codec for each format behind one registry
+// (docs/formats.md). Unedited values are written back bit for bit if source and target have the
+// same format.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@
 
 namespace retint {
 
-// The treatment of Gaussians with a value that is NaN or infinite: the file is refused, or codecs
-// leave them as they are and ReadSplat() leaves them out.
+// How to treat Gaussians with NaN or infinite values: reject the file, or drop them. Codecs leave
+// them in place, and ReadSplat() drops them.
 enum class BadRows { kRefuse, kDrop };
 
 class SplatCodec {
@@ -25,69 +25,69 @@ class SplatCodec {
   virtual ~SplatCodec() = default;
   virtual std::string_view Name() const = 0;                         // "3DGS .ply"
   virtual std::span<const std::string_view> Extensions() const = 0;  // lower case: ".ply"
-  // Whether `head`, the first kSniffBytes of a file (fewer when it is shorter), is of this format.
-  // Always false for a format without a signature: its files are then known by their extension.
+  // Whether a file whose first kSniffBytes are `head` (fewer if it is shorter) has this format.
+  // Always false for a format without a signature: its files are recognized by extension.
   virtual bool Sniff(std::string_view head) const = 0;
-  // InputError naming `path` and the fault. The result passes GaussianModel::Validate(). Reports
-  // the stage "load"; may be cancelled between blocks of rows.
+  // InputError with `path` and the fault. The result passes GaussianModel::Validate(). Reports the
+  // stage "load"; can be cancelled between blocks of rows.
   virtual GaussianModel Read(const std::filesystem::path& path, Monitor& monitor,
                              BadRows bad = BadRows::kRefuse) const = 0;
 
-  // All files that the splat at `path` is made of; InputError where `path` does not tell.
+  // All files of the splat at `path`; InputError if `path` does not say which.
   virtual std::vector<std::filesystem::path> Files(const std::filesystem::path& path) const {
     return {path};
   }
 
   virtual bool CanWrite() const { return true; }
-  // Atomic: on any error (RunError), and when cancelled, a file that was there stays as it was.
-  // Reports the stage "save". A codec that only reads says so in CanWrite() and leaves it out.
+  // Atomic: on any error (RunError) or cancellation, an existing file stays unchanged. Reports the
+  // stage "save". Codecs without CanWrite() do not override it.
   virtual void Write(const std::filesystem::path& path, const GaussianModel& model,
                      Monitor& monitor) const;
   // Whether it stores values with less precision than floats.
   virtual bool Rounds() const { return false; }
-  // What of `model` the format has no place for; one sentence each, for the user. Rounding is not
-  // listed: `retint convert` measures it.
+  // One sentence for the user about each part of `model` that the format cannot hold. Not about
+  // rounding, which `retint convert` measures.
   virtual std::vector<std::string> Losses(const GaussianModel&) const { return {}; }
-  // The Gaussians in the order in which Write() puts them; empty where it keeps the model's.
+  // The order in which Write() stores the Gaussians; empty: the model's order.
   virtual std::vector<uint32_t> WriteOrder(const GaussianModel&) const { return {}; }
 };
 
 inline constexpr size_t kSniffBytes = 4096;
 
-// All codecs, in the order in which they are asked.
+// All codecs, in the order of Sniff() calls.
 std::span<const SplatCodec* const> SplatCodecs();
 
-// The codec for a file whose first bytes are `head`: by signature, else by extension. nullptr when
-// there is none, or when the signature is of a format known to be unsupported.
+// The codec for a file that starts with `head`: by signature, otherwise by extension. nullptr if
+// there is none, or if the signature is of a known unsupported format.
 const SplatCodec* FindCodec(const std::filesystem::path& path, std::string_view head);
 
-// The codec that writes `path`, by its extension. OptionError when there is none: call it before
-// long work whose result goes there.
+// The codec that writes `path`, by its extension. OptionError if there is none: call this before
+// long work whose result goes to `path`.
 const SplatCodec& CodecForWriting(const std::filesystem::path& path);
 
-// For file dialogs: the formats that can be read and written, in the order of the registry.
+// For file dialogs: all formats, in the order of the registry.
 struct SplatFormat {
   std::string_view name;                     // "3DGS .ply"
   std::vector<std::string_view> extensions;  // ".ply"
-  bool writable = false;                     // every one is readable
+  bool writable = false;                     // all can be read
 };
 std::vector<SplatFormat> SplatFormats();
 
-// Reads a splat file of any supported format. InputError for a missing, unsupported (the format
-// found is named), truncated or damaged file, or one without Gaussians.
-// With BadRows::kDrop how many were left out is one of source.notes.
+// Reads a splat file of any supported format. InputError for a missing, unsupported (with the name
+// of its format), truncated or damaged file, or one without Gaussians. With BadRows::kDrop,
+// source.notes says how many were dropped.
 GaussianModel ReadSplat(const std::filesystem::path& path, Monitor& monitor,
                         BadRows bad = BadRows::kRefuse);
 GaussianModel ReadSplat(const std::filesystem::path& path);
 
-// All files that the splat at `path` is made of, each once: of a SOG folder its pictures too, of a
-// .gltf the buffers beside it. InputError as ReadSplat, as far as they need to be known.
+// All files of the splat at `path`, each once: with the pictures of a SOG folder, and the buffers
+// beside a .gltf. InputError as ReadSplat(), for the parts that list files.
 std::vector<std::filesystem::path> SplatFiles(const std::filesystem::path& path);
-// Their size.
+// The total size of SplatFiles().
 uint64_t SplatBytes(const std::filesystem::path& path);
 
-// Writes in the format of the extension. OptionError as CodecForWriting, RunError for a model that
-// cannot be written (empty, NaN, arrays that disagree) or a failed write; never a partial file.
+// Writes in the format of the extension. OptionError as CodecForWriting(). RunError for an invalid
+// model (empty, NaN, arrays that disagree) or a failed write. Never leaves a partial file.
 void WriteSplat(const std::filesystem::path& path, const GaussianModel& model, Monitor& monitor);
 void WriteSplat(const std::filesystem::path& path, const GaussianModel& model);
 

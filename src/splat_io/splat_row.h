@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Shared by the codecs of packed formats: one Gaussian at a time, activations and their inverses,
-// and the check that each of them owes to GaussianModel::Validate().
+// Shared by codecs of packed formats: one Gaussian at a time, activations and their inverses, and
+// the validation that each codec must do.
 #pragma once
 
 #include <algorithm>
@@ -27,10 +27,10 @@ struct SplatRow {
   std::array<float, 4> quat_wxyz{};
   std::array<float, 3> log_scale{};
   float opacity_logit = 0;
-  std::array<float, 48> sh{};  // [K, 3], the first 3 K values; the rest is zero
+  std::array<float, 48> sh{};  // [K, 3]; the rest is zero
 };
 
-// The place of one Gaussian's values: in a model, or in a row.
+// Pointers to one Gaussian's values, in a model or in a row.
 struct RowPlaces {
   float *mean, *quat_wxyz, *log_scale, *opacity_logit, *sh;
 
@@ -51,17 +51,17 @@ struct RowPlaces {
 SplatRow GetRow(const GaussianModel& model, size_t g);
 void SetRow(GaussianModel& model, size_t g, const SplatRow& row);
 
-// Opacities of 8 bits hold 0 and 1, whose logits are infinite: they are kept off both ends.
+// 8-bit opacities include 0 and 1, whose logits are infinite: they are clamped.
 inline float Logit(double opacity) {
   const double kept = std::clamp(opacity, 1e-6, 1 - 1e-6);
   return static_cast<float>(std::log(kept / (1 - kept)));
 }
-// The same of i / 255, for every i.
+// Logit(i / 255) for every i.
 const std::array<float, 256>& LogitsOfBytes();
 inline float LogitOfByte(uint8_t opacity) { return LogitsOfBytes()[opacity]; }
 inline double Sigmoid(double logit) { return 1 / (1 + std::exp(-logit)); }
 
-// Linear scales may have underflowed to 0, whose logarithm is the least normal float's here.
+// Linear scales may underflow to 0; the smallest normal float replaces it.
 inline float LogScale(float scale) { return std::log(scale == 0 ? 1.17549435e-38f : scale); }
 
 // The integer nearest to x within [0, most].
@@ -72,13 +72,13 @@ inline uint32_t RoundTo(double x, uint32_t most) {
 // IEEE 754 binary16.
 float HalfToFloat(uint16_t half);
 
-// The unit quaternion of the same rotation; a zero one means no rotation (docs/conventions.md).
+// The unit quaternion of the same rotation; 0 means no rotation (docs/conventions.md).
 std::array<double, 4> Normalized(const std::array<float, 4>& quat_wxyz);
 
-// A rotation packed as the three smaller components of its unit quaternion, each in
-// [-1/sqrt(2), 1/sqrt(2)], and the index of the largest, which is made positive and left out.
+// A rotation as the three smaller components of its unit quaternion, each in [-1/sqrt(2),
+// 1/sqrt(2)], and the index of the largest, which is made positive and not stored.
 struct SmallestThree {
-  int largest = 0;               // index into the quaternion as it was given
+  int largest = 0;               // index into the quaternion
   std::array<double, 3> rest{};  // the others in their order
 };
 SmallestThree PackSmallestThree(const std::array<double, 4>& unit);
@@ -87,7 +87,7 @@ inline std::array<double, 4> UnpackSmallestThree(const SmallestThree& packed) {
   double left = 1;
   const auto largest = static_cast<size_t>(packed.largest);
   for (size_t i = 0; i < 3; ++i) {
-    // Without a branch, which no processor foresees.
+    // Branchless: a branch here would be unpredictable.
     unit[i + (i >= largest ? 1 : 0)] = packed.rest[i];
     left -= packed.rest[i] * packed.rest[i];
   }
@@ -95,15 +95,15 @@ inline std::array<double, 4> UnpackSmallestThree(const SmallestThree& packed) {
   return unit;
 }
 
-// GaussianModel::Validate() naming the file that the model was read from; nothing where bad rows
-// are to be dropped.
+// GaussianModel::Validate(), with the path of the model's file. Does nothing if bad rows are to be
+// dropped.
 void ValidateRead(const GaussianModel& model, const std::filesystem::path& path, BadRows bad);
-// Before a write: RunError naming `path` for a model that is empty, inconsistent or not finite.
+// Before a write: RunError with `path` for a model that is empty, inconsistent or not finite.
 void ValidateWrite(const GaussianModel& model, const std::filesystem::path& path);
 
-// What `format` (a codec's name) loses, which holds no higher degree and none of the columns that
-// only a .ply holds; one sentence each. It says these render models besides kDefault, and these
-// color spaces besides kSrgbDisplay.
+// One sentence for each loss in `format` (a codec's name). It holds SH up to `max_sh_degree` and no
+// columns that only a .ply holds. It can store `render_models` besides kDefault, and `color_spaces`
+// besides kSrgbDisplay.
 std::vector<std::string> CommonLosses(const GaussianModel& model, int max_sh_degree,
                                       std::string_view format,
                                       std::span<const RenderModel> render_models = {},

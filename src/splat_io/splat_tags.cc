@@ -10,11 +10,11 @@
 namespace retint {
 namespace {
 
-// A line of a header, as a tag.
+// The tag in a line of a header.
 struct Tag {
   std::optional<RenderModel> render_model;
   std::optional<ColorSpace> color_space;
-  std::string unknown;  // a value without a meaning
+  std::string unknown;  // a value without meaning to Retint
   bool is_render_model = false, is_color_space = false;
 };
 
@@ -24,7 +24,7 @@ std::string Lower(std::string text) {
   return text;
 }
 
-// Words between blanks, colons and equal signs.
+// The words of a line, separated by blanks, colons and equal signs.
 std::vector<std::string> WordsOf(std::string_view line) {
   std::vector<std::string> words;
   std::string word;

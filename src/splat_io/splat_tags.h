@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Internal to splat_io: what files say of SplatTraits.
+// Internal to splat_io: SplatTraits in the comments of files.
 #pragma once
 
 #include <array>
@@ -10,16 +10,16 @@
 
 namespace retint {
 
-// Comments of a .ply: brush's "SplatRenderMode: mip", Postshot's "antialiased 1", and
-// "ColorSpace lin_rec709_display". The last of several counts. Unknown names are noted.
+// Reads comments of a .ply: brush's "SplatRenderMode: mip", Postshot's "antialiased 1", and
+// "ColorSpace lin_rec709_display". The last of several counts. Notes unknown names.
 void ReadTags(GaussianModel& model);
-// The model's comments. Tags that contradict its traits are replaced, the rest keeps its bytes.
+// The model's comments. Tags that contradict its traits are replaced, other bytes do not change.
 std::vector<std::string> TaggedComments(const GaussianModel& model);
 
-// Adds a sentence to the notes if renders are not as the splat was trained.
+// Adds a sentence to the notes if renders differ from the splat's training.
 void NoteRenderModel(GaussianModel& model);
 
-// Of formats with comments.
+// Formats with comments can name all of these.
 inline constexpr std::array kAllRenderModels = {RenderModel::kMip, RenderModel::k2dgs,
                                                 RenderModel::k3dgut};
 inline constexpr std::array kAllColorSpaces = {ColorSpace::kLinearDisplay, ColorSpace::kSrgbScene,

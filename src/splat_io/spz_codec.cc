@@ -19,7 +19,7 @@
 namespace retint {
 namespace {
 
-constexpr const char* kMark = ".spz";  // SourceLayout::packed holds an SpzData::bytes
+constexpr const char* kMark = ".spz";  // SourceLayout::packed holds SpzData::bytes
 constexpr std::string_view kMagic = "NGSP";
 constexpr size_t kHeader4Bytes = 32;
 constexpr uint8_t kAntialiased = 1, kHasExtensions = 2;  // flags
@@ -55,7 +55,7 @@ void CheckHeader(const SpzHeader& header, uint32_t least_version, uint32_t most_
   }
 }
 
-// Calls `work`; what it throws as std::runtime_error is a fault of the file.
+// Calls `work`; turns its std::runtime_error into an InputError of the file.
 template <typename Work>
 auto NamingPath(const std::filesystem::path& path, const Work& work) {
   try {
@@ -67,8 +67,8 @@ auto NamingPath(const std::filesystem::path& path, const Work& work) {
   }
 }
 
-// Version 4: a header of 32 bytes, extensions, for each stream its packed and its unpacked length,
-// the streams.
+// Version 4: a header of 32 bytes, extensions, packed and unpacked length of each stream, then the
+// streams.
 void ReadVersion4(const std::string& file, SpzData& packed, Monitor& monitor,
                   const std::filesystem::path& path) {
   const SpzHeader& header = packed.header;
@@ -117,7 +117,7 @@ void ReadVersion4(const std::string& file, SpzData& packed, Monitor& monitor,
   packed.bytes.insert(packed.bytes.end(), extensions.begin(), extensions.end());
 }
 
-// Records of type, length, data. Only the coordinate system matters here.
+// Extensions have type, length and data. Only the coordinate system matters here.
 void ReadExtensions(SpzData& packed, const std::filesystem::path& path) {
   const std::string_view tail(packed.bytes.data() + packed.Size(),
                               packed.bytes.size() - packed.Size());
@@ -133,8 +133,8 @@ void ReadExtensions(SpzData& packed, const std::filesystem::path& path) {
           path, "coordinate system " + std::to_string(system) +
                     " of SPZ_ADOBE_coordinate_system is not supported; supported: " + "1 to 16");
     }
-    // Bits of system - 1: right, up, front, and whether y is depth; the .ply's are right, down,
-    // front. A turn of y to -z makes front of back.
+    // The bits of system - 1 say right, up, front, and whether y is depth; the .ply is right, down,
+    // front. A turn of y to -z swaps front and back.
     packed.turned = (system - 1) & 8;
     const bool front = packed.turned != (((system - 1) & 4) != 0);
     packed.axes = {(system - 1) & 1 ? 1.0f : -1.0f, (system - 1) & 2 ? -1.0f : 1.0f,
@@ -142,14 +142,14 @@ void ReadExtensions(SpzData& packed, const std::filesystem::path& path) {
   }
 }
 
-// Makes the Gaussians of unpacked data, also beside the unpacking, which has one thread.
+// Decodes Gaussians from unpacked data, also during the unpacking, which uses one thread.
 class Decoder {
  public:
   Decoder(const SpzData& data, GaussianModel& model) : data_(data), model_(model) {}
   ~Decoder() { stop_ = true; }  // beside_ waits for its thread
 
-  // `bytes` of the data are there and stay where they are: what is whole is decoded on another
-  // thread, if it is not busy with what was offered before.
+  // The first `bytes` of the data are complete and will not move. Another thread decodes the
+  // Gaussians in them, unless it is still busy with an earlier offer.
   void Offer(size_t bytes) {
     if (beside_.valid()) {
       if (beside_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
@@ -158,7 +158,7 @@ class Decoder {
     beside_ = std::async(std::launch::async, [this, bytes] { DecodeBeside(bytes); });
   }
 
-  // Decodes the rest of the data, which is whole, on all cores.
+  // Decodes the rest of the complete data on all cores.
   void Finish(Monitor& monitor) {
     stop_ = true;
     if (beside_.valid()) beside_.get();
@@ -199,13 +199,13 @@ class Decoder {
 
   const SpzData& data_;
   GaussianModel& model_;
-  std::array<size_t, SpzData::kSections> done_{};  // Gaussians, of each section
+  std::array<size_t, SpzData::kSections> done_{};  // decoded Gaussians of each section
   std::atomic<bool> stop_ = false;
   std::future<void> beside_;
 };
 
-// Has the decoder begin once a quarter of the data has come out: by then the file is not one that
-// merely announces much.
+// Lets the decoder start after a quarter of the data: by then, the file is more than a header that
+// announces a lot.
 void Unpack(const std::string& file, const std::filesystem::path& path, Monitor& monitor,
             SpzData& packed, Decoder& decoder) {
   const auto load_header = [&](std::string_view from) {
@@ -257,7 +257,7 @@ void Unpack(const std::string& file, const std::filesystem::path& path, Monitor&
 
 int FileDegree(const GaussianModel& model) { return HasShBand4(model) ? 4 : model.sh_degree; }
 
-// The data of the model's source, if it may be written again with the model's values.
+// Loads the data of the model's source. False unless the model's values can be written over it.
 bool LoadSource(const GaussianModel& model, SpzData& packed) {
   const SourceLayout& source = model.source;
   if (source.packed_format != kMark || source.packed.size() < kSpzHeaderBytes) return false;
@@ -275,7 +275,7 @@ SpzData NewFile(const GaussianModel& model) {
   SpzData packed;
   packed.header.count = static_cast<uint32_t>(model.NumGaussians());
   packed.header.sh_degree = static_cast<uint8_t>(FileDegree(model));
-  if (packed.header.sh_degree == 4) {  // which earlier versions do not have
+  if (packed.header.sh_degree == 4) {  // earlier versions do not have it
     packed.header.version = 4;
     packed.header.streams = 6;
   }
@@ -317,7 +317,7 @@ std::span<const std::string_view> SpzCodec::Extensions() const {
 bool SpzCodec::Sniff(std::string_view head) const {
   if (head.starts_with(kMagic)) return true;
   if (!head.starts_with("\x1f\x8b")) return false;
-  // A file that is cut off early may show less than the magic, or nothing.
+  // A truncated file may show only a part of the magic number, or nothing.
   const std::vector<char> start = GunzipHead(head, kMagic.size());
   return kMagic.starts_with(std::string_view(start.data(), start.size()));
 }
@@ -363,7 +363,7 @@ void SpzCodec::Write(const std::filesystem::path& path, const GaussianModel& mod
   packed.header.flags = static_cast<uint8_t>((packed.header.flags & ~kAntialiased) | is_mip);
   std::memcpy(packed.bytes.data(), &packed.header, kSpzHeaderBytes);
   const size_t count = packed.header.count;
-  GaussianModel columns;  // those of degree 4 alone
+  GaussianModel columns;  // only those of degree 4
   if (packed.header.sh_degree > 3) {
     columns.sh_degree = 3;
     columns.opacity_logits = model.opacity_logits;

@@ -7,21 +7,21 @@
 
 namespace retint {
 
-// Reads versions 1 to 3 (a gzip stream; also unpacked) and 4 (Zstandard streams). Writes the
-// version that the scene was read from, else 3, which most readers take.
+// Reads versions 1 to 3 (a gzip stream, or unpacked) and 4 (Zstandard streams). Writes the version
+// of the source, otherwise 3, which most readers support.
 //
-// A header of 16 bytes, then all positions, opacities, colors, scales, rotations and SH, each
-// together: positions are 24-bit fixed-point numbers (version 1: binary16), the rest bytes;
-// log scale = byte / 16 - 10, so that scales lie in [e^-10, e^5.9]; SH degree 0 = (byte / 255 -
-// 0.5) / 0.15; higher SH = byte / 128 - 1, of which a new value keeps 5 bits at degree 1 and 4
-// above, as the reference does; the unit quaternion in 24 bits (versions 1, 2) or 32.
+// A header of 16 bytes is followed by all positions, then all opacities, colors, scales, rotations
+// and SH. Positions are 24-bit fixed-point numbers (version 1: binary16), other values are bytes.
+// Log scale = byte / 16 - 10, so scales lie in [e^-10, e^5.9]. SH degree 0 = (byte / 255 - 0.5) /
+// 0.15. Higher SH = byte / 128 - 1. A new value of higher SH keeps 5 bits at degree 1 and 4 above,
+// as the reference does. Unit quaternions have 24 bits (versions 1, 2) or 32.
 //
-// SPZ is right-up-back, 3DGS .ply right-down-front: y and z, and all that follows from them,
-// change sign on the way in and out. SPZ_ADOBE_coordinate_system, where a file has it, names
+// SPZ is right-up-back, 3DGS .ply right-down-front. Reading and writing therefore change the signs
+// of y and z, and of all values that depend on them. SPZ_ADOBE_coordinate_system in a file names
 // another of sixteen systems. SH of degree 4 are not read; SourceLayout::notes says so.
 //
-// Written over a scene that came from an .spz of the same SH degree, values that did not change
-// keep their bytes inside of the compressed data.
+// Written over a scene that came from an .spz of the same SH degree, unchanged values keep their
+// bytes in the unpacked data.
 class SpzCodec : public SplatCodec {
  public:
   std::string_view Name() const override { return ".spz"; }

@@ -13,7 +13,7 @@ namespace {
 constexpr float kColorScale = 0.15f;
 constexpr size_t kShValues = 45;  // above degree 0 and up to degree 3
 
-// A quarter turn about x, from a turned file's axes to the others, or back.
+// A quarter turn about x, from a turned file's axes to the usual ones, or back.
 const Eigen::Quaterniond& QuarterTurn(bool back) {
   static const double half = std::sqrt(0.5);
   static const Eigen::Quaterniond there(half, -half, 0, 0), back_again(half, half, 0, 0);
@@ -38,14 +38,14 @@ void TurnQuat(float* wxyz, bool back) {
 
 uint8_t ByteOf(const char* from) { return static_cast<uint8_t>(*from); }
 
-// ---- From a section's bytes of a Gaussian to values of the model
+// ---- From the bytes of a Gaussian in a section to values of the model
 
 void UnpackPosition(const SpzData& data, const char* from, float* to) {
   for (size_t i = 0; i < 3; ++i) {
     if (data.header.version == 1) {
       to[i] = HalfToFloat(LoadAs<uint16_t>(from + 2 * i));
     } else {
-      // Into the upper three bytes, for the sign.
+      // Shifted into the upper three bytes, to get the sign.
       const auto bits = static_cast<int32_t>(uint32_t{ByteOf(from + 3 * i)} << 8 |
                                              uint32_t{ByteOf(from + 3 * i + 1)} << 16 |
                                              uint32_t{ByteOf(from + 3 * i + 2)} << 24);
@@ -72,7 +72,7 @@ void UnpackScale(const char* from, float* to) {
   for (size_t i = 0; i < 3; ++i) to[i] = static_cast<float>(ByteOf(from + i)) / 16 - 10;
 }
 
-// Sign and magnitude of a component of version 3.
+// A component of version 3: sign and magnitude.
 double UnpackTen(uint32_t ten) {
   static const std::array<double, 1024> values = [] {
     std::array<double, 1024> table;
@@ -106,7 +106,7 @@ void UnpackRotation(const SpzData& data, const char* from, float* to) {
   FlipQuat(to, data.axes);
 }
 
-// Of what fits into a row.
+// The degree that fits into a row.
 int SpzDegree(const SpzData& data) { return std::min<int>(data.header.sh_degree, 3); }
 
 float UnpackSh(char byte) { return static_cast<float>(static_cast<uint8_t>(byte)) / 128 - 1; }
@@ -117,9 +117,9 @@ std::array<float, kShValues> ShSigns(const AxisSigns& axes) {
   return signs;
 }
 
-// ---- And back, in the file's axes
+// ---- Back to bytes, in the file's axes
 
-// False where a value is beyond 24 bits.
+// False if a value needs more than 24 bits.
 bool PackPosition(const std::array<float, 3>& position, int fractional_bits, char* to) {
   for (size_t i = 0; i < 3; ++i) {
     const double fixed = std::round(std::ldexp(double{position[i]}, fractional_bits));
@@ -148,7 +148,7 @@ void PackRotation(const SpzHeader& header, const std::array<float, 4>& quat_wxyz
   StoreAs(to, word);
 }
 
-// 5 bits at degree 1 and 4 above, as the reference keeps: `k` from 1.
+// Keeps 5 bits at degree 1 and 4 above, as the reference does. `k` starts at 1.
 char PackSh(float sh, size_t k) {
   const int bucket = k < 4 ? 8 : 16;
   const int fine = static_cast<int>(std::lround(std::clamp(sh, -2.0f, 2.0f) * 128)) + 128;
@@ -156,7 +156,8 @@ char PackSh(float sh, size_t k) {
   return static_cast<char>(std::min(coarse, 255));
 }
 
-// Degree 4, in the model's axes. The parity of its functions in x, y and z: bits 0, 1, 2.
+// Sign of a value of degree 4 in the model's axes. Parity of the functions in x, y and z: bits 0,
+// 1, 2.
 float Band4Sign(const AxisSigns& axes, size_t value) {
   static constexpr std::array<int, 9> kParity = {3, 6, 3, 6, 0, 5, 0, 5, 0};
   float sign = 1;
@@ -258,7 +259,7 @@ bool EncodeSpzRow(SpzData& data, size_t g, const SplatRow& model_row, const Spla
   }
   const size_t values = std::min(data.Widths()[SpzData::kSh], kShValues);
   const auto same = [&](size_t i) { return was && model_row.sh[i] == was->sh[i]; };
-  bool all_same = true;  // a turn makes each value of several
+  bool all_same = true;  // a rotation mixes the values
   for (size_t i = 0; i < values; ++i) all_same = all_same && same(3 + i);
   for (size_t i = 0; i < values; ++i) {
     if (data.turned ? all_same : same(3 + i)) continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An unpacked .spz (spz_codec.h), and its Gaussians one by one.
+// An unpacked .spz (spz_codec.h), and the conversion of its Gaussians.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 namespace retint {
 
 inline constexpr size_t kSpzHeaderBytes = 16;
-inline constexpr double kSpzFixedMost = (1 << 23) - 1;  // of a position's 24 bits
+inline constexpr double kSpzFixedMost = (1 << 23) - 1;  // largest value of a position's 24 bits
 
 #pragma pack(push, 1)
 struct SpzHeader {
@@ -31,17 +31,17 @@ struct SpzHeader {
 #pragma pack(pop)
 static_assert(sizeof(SpzHeader) == kSpzHeaderBytes);
 
-// The unpacked file: header, the sections one after the other, extensions.
+// The unpacked file: header, sections in order, extensions.
 struct SpzData {
   enum Section { kPositions, kOpacities, kColors, kScales, kRotations, kSh, kSections };
 
   SpzHeader header;
   UnsetVector<char> bytes;
   AxisSigns axes = kRightUpBack;
-  // Before that, y is depth and z is height: (x, y, z) stands for (x, z, -y).
+  // If so, y is depth and z is height before `axes` apply: (x, y, z) stands for (x, z, -y).
   bool turned = false;
 
-  // Bytes a Gaussian, of each section.
+  // Bytes per Gaussian in each section.
   std::array<size_t, kSections> Widths() const;
   size_t SectionAt(size_t section) const;
   size_t Size() const { return SectionAt(kSections); }  // without extensions
@@ -53,16 +53,16 @@ struct SpzData {
   }
 };
 
-// In the model's axes, like everything below.
+// In the model's axes, as everything below.
 SplatRow DecodeSpzRow(const SpzData& data, size_t g);
-// Gaussians [begin, end) of a section, into the model, which has room for them. SH up to degree 3.
+// Decodes Gaussians [begin, end) of a section into the model, with SH up to degree 3.
 void DecodeSpzSection(const SpzData& data, SpzData::Section section, size_t begin, size_t end,
                       GaussianModel& model);
-// Packs the values that differ from `was`, everything where that is nullptr. False where the
-// position does not fit.
+// Packs the values that differ from `was`; nullptr: all values. False if the position does not
+// fit.
 bool EncodeSpzRow(SpzData& data, size_t g, const SplatRow& row, const SplatRow* was);
 
-// Degree 4, likewise.
+// The same for degree 4.
 ShBand4 DecodeSpzBand4(const SpzData& data, size_t g);
 void EncodeSpzBand4(SpzData& data, size_t g, const ShBand4& values, const ShBand4* was);
 

@@ -28,14 +28,15 @@ constexpr std::string_view kFileName = "lod-meta.json";
 constexpr const char* kMark = "streamed SOG 1";  // of SourceLayout::packed_format
 constexpr uint64_t kMostLevels = 64;
 constexpr uint64_t kMostGaussians = uint64_t{1} << 32;  // so that sums do not overflow
-// A leaf takes about 25 values, and trees of half a million leaves are 20 deep, two each.
+// A leaf takes about 25 values. A tree with half a million leaves is 20 deep, with two values a
+// level.
 constexpr JsonLimits kLimits = {.depth = 256, .values = size_t{1} << 24};
 constexpr int kEnvironment = -1;
 
 struct Chunk {
   std::string name;    // of its meta.json, below the folder
   int level = 0;       // or kEnvironment
-  uint64_t count = 0;  // Gaussians by the tree; of the environment unknown
+  uint64_t count = 0;  // by the tree; unknown for the environment
 };
 
 // The parsed lod-meta.json.
@@ -93,7 +94,7 @@ class Index {
     return value->get<uint64_t>();
   }
 
-  // Nothing outside of the folder.
+  // Only names inside the folder.
   std::string Name(const Json& value) const {
     if (!value.is_string()) Fail("names a chunk by something else than text");
     const auto name = value.get<std::string>();
@@ -113,7 +114,7 @@ class Index {
     return name;
   }
 
-  // Not recursive: it may be deep.
+  // Without recursion, because the tree may be deep.
   void ReadTree(const Json* root) {
     std::vector<const Json*> nodes = {root};
     std::map<size_t, std::vector<std::pair<uint64_t, uint64_t>>> runs;  // by chunk: offset, count
@@ -156,7 +157,7 @@ class Index {
     }
   }
 
-  // Older files have neither.
+  // Older files do not have these counts.
   void CheckCounts(const Json& meta) const {
     std::vector<uint64_t> found(static_cast<size_t>(levels_));
     uint64_t all = 0;
@@ -176,7 +177,7 @@ class Index {
   std::vector<Chunk> chunks_;
 };
 
-// Wider coefficients, those that are new 0.
+// SH of a higher degree: [count, width], new coefficients are 0.
 FloatArray OfDegree(const FloatArray& sh, size_t count, size_t width) {
   FloatArray wide(count * width, 0.0F);
   const size_t narrow = sh.size() / count;
@@ -262,12 +263,12 @@ class Writer {
          Monitor& monitor)
       : index_(index), path_(path), levels_(levels), monitor_(monitor) {}
 
-  // `staged`: where files go instead.
+  // `staged`: the place to write to instead.
   void Write(const fs::path& staged) {
     folder_ = staged.parent_path();
-    std::vector<size_t> at(levels_.size());  // Gaussians of a level before the chunk
+    std::vector<size_t> at(levels_.size());  // Gaussians in the level's earlier chunks
     bool changed = false;
-    // Finest first, which tells whether the others are needed.
+    // Finest first: it tells whether the other levels are needed.
     for (int level = 0; level < index_.levels(); ++level) {
       for (const Chunk& chunk : index_.chunks()) {
         const bool is_finest = level == 0 && chunk.level == kEnvironment;
@@ -292,13 +293,13 @@ class Writer {
                       ": the other levels of detail would keep their colors. Write another format");
   }
 
-  // Those of the environment, which ends each of them, count for the finest.
+  // The environment at the end of each level is counted only for the finest.
   void CheckCount(size_t level, size_t written) const {
     const size_t rest = level == 0 ? 0 : environment_;
     if (written + rest != levels_[level].NumGaussians()) FailOther(path_);
   }
 
-  // Whether a color has changed.
+  // Returns whether a color has changed.
   bool WriteChunk(const Chunk& chunk, const GaussianModel& level, size_t* at) {
     Monitor reading([&](const Progress&) { monitor_.ThrowIfCancelled(); });
     GaussianModel part = index_.ReadChunk(chunk, reading, BadRows::kRefuse);

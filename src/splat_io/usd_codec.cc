@@ -18,7 +18,7 @@
 namespace retint {
 namespace {
 
-// Of SourceLayout::packed_format, and the extensions.
+// Values of SourceLayout::packed_format, which are also the extensions.
 constexpr std::string_view kText = ".usda", kCrate = ".usdc", kPackage = ".usdz",
                            kEither = ".usd";  // text or a crate; a new one is a crate
 constexpr std::string_view kTextMark = "#usda ";
@@ -44,13 +44,13 @@ UsdStage ReadLayer(std::string_view layer, const std::filesystem::path& path) {
   throw InputError(path, "its layer is neither OpenUSD text nor a crate, or damaged");
 }
 
-// Of the stage's own layer in `bytes`, a whole file.
+// The stage's own layer in `bytes`, a whole file.
 std::string_view LayerOf(std::string_view bytes, const std::filesystem::path& path) {
   return KindOf(bytes, path) == kPackage ? ReadUsdPackage(bytes, path)[0].bytes : bytes;
 }
 
-// The file that the model came from with the values that changed; nullopt where its layer cannot
-// take them.
+// The file that the model came from, with the changed values. nullopt if its layer cannot hold
+// them.
 std::optional<std::string> EditedLayer(const GaussianModel& model,
                                        const std::filesystem::path& path, Monitor& monitor) {
   const std::string_view file(model.source.packed.data(), model.source.packed.size());

@@ -7,17 +7,17 @@
 
 namespace retint {
 
-// Reads every shown prim of that type, one after the other, under the transforms above it, in the
-// stage's meters and with y up: rotations, uniform scales, translations. Sections of a lower SH
-// degree than the largest get zeros. Attributes are floats or halves; missing ones have the
-// schema's fallback. References, payloads, sublayers and variants are not followed;
-// SourceLayout::notes says so.
+// Reads every visible prim of that type, in order, with the transforms above it (rotations,
+// uniform scales, translations), in meters and with y up. Sections of a lower SH degree than the
+// largest get zeros. Attributes are floats or halves; missing ones have the schema's fallback.
+// Does not follow references, payloads, sublayers or variants, and says so in
+// SourceLayout::notes.
 //
-// Written over a scene that came from the same kind of file, only values that changed get new
-// bytes: other attributes, prims and files of a package stay. Otherwise it writes one prim of
-// floats.
+// Written over a scene that came from the same kind of file, only changed values get new bytes.
+// Other attributes, prims and files of a package do not change. Otherwise, the result is one prim
+// of floats.
 //
-// Such a stage is right-up-back, 3DGS .ply right-down-front: y and z change sign on the way.
+// Such a stage is right-up-back, 3DGS .ply right-down-front: y and z change their signs.
 class UsdCodec : public SplatCodec {
  public:
   std::string_view Name() const override { return "OpenUSD (ParticleField3DGaussianSplat)"; }

@@ -11,7 +11,7 @@
 namespace retint {
 namespace {
 
-// The values of one Gaussian of an array of `model`.
+// The values of one Gaussian in an array of `model`.
 std::span<const float> ValuesOf(UsdArray array, const GaussianModel& model, size_t g) {
   const size_t width = 3 * static_cast<size_t>(model.NumShCoeffs());
   const auto row = [&](const FloatArray& values, size_t n) {
@@ -35,7 +35,7 @@ bool Same(std::span<const float> a, std::span<const float> b) {
   return std::memcmp(a.data(), b.data(), a.size_bytes()) == 0;
 }
 
-// An array of a prim in which something changed.
+// An array of a prim, with changed values.
 class ArrayEdit {
  public:
   ArrayEdit(const UsdSplat& splat, UsdArray array, size_t first, const GaussianModel& was,
@@ -56,18 +56,18 @@ class ArrayEdit {
 
   const UsdValue* values() const { return splat_.arrays[static_cast<size_t>(array_)]; }
 
-  // Whether the layer stores the array so that it can be changed.
+  // Whether the layer stores the array in a way that can be changed.
   bool Possible() const {
     if (!values() || values()->storage == UsdStorage::kOther) return false;
     return array_ != UsdArray::kColors || std::min(splat_.degree, 3) == model_.sh_degree;
   }
 
-  // The text between the array's brackets, anew.
+  // The new text between the array's brackets.
   std::string Text(std::string_view elements, const std::filesystem::path& path) const {
     std::string text;
     size_t done = 0, element = 0;
     const size_t width = values()->components;
-    const size_t each = values()->floats.size() / width / splat_.count;  // of a Gaussian
+    const size_t each = values()->floats.size() / width / splat_.count;  // per Gaussian
     std::vector<float> anew;
     bool changed = false;
     ForEachUsdaElement(elements, width, path, [&](const double*, size_t begin, size_t end) {
@@ -86,7 +86,7 @@ class ArrayEdit {
     return text += elements.substr(done);
   }
 
-  // In a crate, in place.
+  // Changes the values of a crate in place.
   void Overwrite(std::string& bytes) const {
     const bool halves = values()->storage == UsdStorage::kHalves;
     const size_t width = values()->floats.size() / splat_.count;
@@ -110,7 +110,7 @@ class ArrayEdit {
     return !Same(ValuesOf(array_, was_, first_ + g), ValuesOf(array_, model_, first_ + g));
   }
 
-  // In the prim's frame. Coefficients above those of the model become zero.
+  // The new values in the prim's frame. Coefficients beyond the model's degree become zero.
   std::vector<float> Anew(size_t g) const {
     SplatRow row = FlipAxes(GetRow(model_, first_ + g), kRightUpBack);
     prim_from_frame_.Move(row, model_.sh_degree);
@@ -153,7 +153,7 @@ bool EditUsdLayer(const UsdSplats& splats, const GaussianModel& was, const Gauss
   std::sort(order.begin(), order.end(), [](const ArrayEdit* a, const ArrayEdit* b) {
     return a->values()->begin > b->values()->begin;
   });
-  for (const ArrayEdit* edit : order) {  // from the end, so that offsets hold
+  for (const ArrayEdit* edit : order) {  // from the end, so that earlier offsets stay valid
     const UsdValue& values = *edit->values();
     if (values.storage == UsdStorage::kText) {
       const std::string_view elements =

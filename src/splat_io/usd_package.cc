@@ -16,7 +16,7 @@ namespace {
 constexpr uint32_t kLocal = 0x04034b50, kCentral = 0x02014b50, kEnd = 0x06054b50;
 constexpr size_t kLocalBytes = 30, kCentralBytes = 46, kEndBytes = 22, kMostComment = 65535;
 constexpr size_t kAlignment = 64;
-constexpr uint16_t kVersion = 20, kDate = 0x21;  // 1980-01-01: bytes do not depend on now
+constexpr uint16_t kVersion = 20, kDate = 0x21;  // 1980-01-01: bytes do not depend on the date
 constexpr size_t kMostFiles = 65535;
 
 bool IsLayerName(std::string_view name) {
@@ -113,7 +113,7 @@ std::string UsdPackageWriter::LocalHeader(const Entry& entry) {
              Short(entry.bytes), Short(entry.bytes), static_cast<uint16_t>(entry.name.size()),
              static_cast<uint16_t>(entry.padding));
   header += entry.name;
-  // An extra field of an unused kind, as its own header of 4 bytes says, which is all padding.
+  // Padding is an extra field of an unused kind, with a header of 4 bytes.
   header += Packed(uint16_t{0x1986}, static_cast<uint16_t>(entry.padding - 4));
   return header += std::string(entry.padding - 4, '\0');
 }

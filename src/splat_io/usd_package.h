@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// .usdz packages: zip archives whose files are stored, unencrypted, and begin at multiples of 64
+// .usdz packages: zip archives of uncompressed, unencrypted files that begin at multiples of 64
 // bytes (openusd.org, "Usdz File Format Specification").
 #pragma once
 
@@ -18,21 +18,21 @@ struct UsdPackageFile {
   std::string_view bytes;
 };
 
-// Its files in their order, the first one is the stage's layer. InputError of `path` for a damaged
-// archive, one with compressed or encrypted files, and an empty one.
+// The files in order; the first is the stage's layer. InputError of `path` for an archive that is
+// damaged or empty, or has compressed or encrypted files.
 std::vector<UsdPackageFile> ReadUsdPackage(std::string_view archive,
                                            const std::filesystem::path& path);
 
-// Whether `head`, the first bytes of a file, is of an archive that begins with a layer.
+// Whether `head`, the first bytes of a file, belongs to an archive that begins with a layer.
 bool IsUsdPackage(std::string_view head);
 
-// Writes a package file by file. RunError where the archive would be larger than 4 GiB.
+// Writes a package file by file. RunError if the archive would exceed 4 GiB.
 class UsdPackageWriter {
  public:
   UsdPackageWriter(AtomicFile& file, const std::filesystem::path& path)
       : file_(file), path_(path) {}
 
-  // `content` calls its argument with the file's bytes, piece by piece.
+  // `content` passes the file's bytes to its argument, piece by piece.
   using Write = std::function<void(std::string_view)>;
   void Add(const std::string& name, const std::function<void(const Write&)>& content);
   void Finish();

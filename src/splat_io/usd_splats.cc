@@ -22,7 +22,7 @@ constexpr int kMostDegree = 3;
 
 size_t Coefficients(int degree) { return static_cast<size_t>((degree + 1) * (degree + 1)); }
 
-// Elements of `array` that a Gaussian takes.
+// The number of elements of `array` per Gaussian.
 size_t ElementsOf(UsdArray array, const UsdSplat& splat) {
   return array == UsdArray::kColors ? Coefficients(splat.degree) : 1;
 }
@@ -42,8 +42,8 @@ uint16_t FloatToHalf(float value) {
   const float size = std::abs(value);
   if (std::isnan(value)) return static_cast<uint16_t>(sign | 0x7e00);
   if (size >= 65520) return static_cast<uint16_t>(sign | 0x7c00);
-  // Steps of 2^-24 below the least normal half, of 2^(exponent - 10) above; nearbyint ties to even,
-  // and a mantissa that comes out full carries into the exponent.
+  // Steps are 2^-24 below the smallest normal half, 2^(exponent - 10) above. nearbyint rounds ties
+  // to even, and an overflowing mantissa carries into the exponent.
   const int exponent = std::max(std::ilogb(std::max(size, 1e-30f)), -14);
   const auto steps = static_cast<uint32_t>(std::nearbyint(std::ldexp(size, 10 - exponent)));
   return static_cast<uint16_t>(sign | (steps + (static_cast<uint32_t>(exponent + 14) << 10)));
@@ -51,7 +51,7 @@ uint16_t FloatToHalf(float value) {
 
 namespace {
 
-// The attribute's own, or that of the nearest prim that has one (UsdColorSpaceAPI).
+// The color space of the attribute, or of the nearest prim with one (UsdColorSpaceAPI).
 std::string ColorSpaceOf(const UsdStage& stage, const UsdPrim& prim, const UsdValue* colors) {
   if (colors && !colors->color_space.empty()) return colors->color_space;
   for (const UsdPrim* at = &prim;; at = &stage.prims[static_cast<size_t>(at->parent)]) {
@@ -61,7 +61,7 @@ std::string ColorSpaceOf(const UsdStage& stage, const UsdPrim& prim, const UsdVa
   }
 }
 
-constexpr size_t kNamedOthers = 4;  // prims, in a sentence
+constexpr size_t kNamedOthers = 4;  // number of prims in a sentence
 
 }  // namespace
 
@@ -92,7 +92,7 @@ void UsdSplats::Add(const UsdPrim& prim) {
   UsdSplat splat;
   splat.prim = &prim;
   for (size_t a = 0; a < kUsdArrays; ++a) {
-    for (const char* suffix : {"", "h"}) {  // floats come first where both are there
+    for (const char* suffix : {"", "h"}) {  // floats come first if both exist
       const auto found = prim.attributes.find(kArrayNames[a] + std::string(suffix));
       if (found == prim.attributes.end()) continue;
       if (!found->second.has_floats() && found->second.animated) {
@@ -129,7 +129,7 @@ void UsdSplats::Add(const UsdPrim& prim) {
   }
   splat.color_space =
       ColorSpaceOf(stage_, prim, splat.arrays[static_cast<size_t>(UsdArray::kColors)]);
-  // An identity stays one, to the bit.
+  // The identity stays exact.
   splat.frame_from_prim = matrix.isIdentity(0) ? Sim3d{} : *placed;
   splats_.push_back(std::move(splat));
 }

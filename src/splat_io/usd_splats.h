@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The Gaussians of an OpenUSD stage, and edits of them written back into its layer.
+// The Gaussians of an OpenUSD stage, and edited values written back to its layer.
 #pragma once
 
 #include <filesystem>
@@ -13,28 +13,28 @@
 
 namespace retint {
 
-// Which attribute of a prim holds an array of the splat; its order is that of ArrayOf().
+// The array of the splat that an attribute of a prim holds, in the order of ArrayOf().
 enum class UsdArray { kMeans, kQuats, kScales, kOpacities, kColors };
 inline constexpr size_t kUsdArrays = 5;
 
 struct UsdSplat {
   const UsdPrim* prim;
-  std::string names[kUsdArrays];            // of the attribute, with h for halves
-  const UsdValue* arrays[kUsdArrays] = {};  // nullptr where it is missing: it has its fallback
+  std::string names[kUsdArrays];            // of the attribute; a suffix h means halves
+  const UsdValue* arrays[kUsdArrays] = {};  // nullptr: missing, use its fallback
   size_t count = 0;
   int degree = 0;           // of the file; up to 3 are used
-  std::string color_space;  // empty: nothing says it
+  std::string color_space;  // empty: unspecified
   Sim3d frame_from_prim;    // right-up-back
 };
 
 class UsdSplats {
  public:
-  // InputError of `path` where there are no Gaussians, arrays disagree, or a prim is stretched.
+  // InputError of `path` if there are no Gaussians, if arrays disagree, or if a prim is stretched.
   // `stage` must outlive this.
   UsdSplats(const UsdStage& stage, const std::filesystem::path& path);
 
   const std::vector<UsdSplat>& splats() const { return splats_; }
-  // All of them, one after the other, in Retint's frame, with notes.
+  // All Gaussians, prim after prim, in Retint's frame, with notes.
   GaussianModel Load(Monitor& monitor) const;
 
  private:
@@ -47,18 +47,18 @@ class UsdSplats {
   const UsdStage& stage_;
   const std::filesystem::path& path_;
   std::vector<UsdSplat> splats_;
-  std::string others_;  // names of prims that are no Gaussians or are not shown, a few
+  std::string others_;  // a few names of prims without Gaussians, or invisible ones
   size_t num_others_ = 0, hidden_ = 0;
 };
 
-// The layer `bytes` of `path` with the values of `model` where they differ from `was`, which was
-// loaded from it; everything else keeps its bytes. False where the layer cannot take them: another
-// number of Gaussians or degree, or values that it stores compressed or not at all.
+// Edits `bytes`, the layer of `path`: writes the values of `model` that differ from `was`, the
+// model that was loaded from it. All other bytes stay. False if the layer cannot hold them: the
+// number of Gaussians or the degree differs, or it stores values compressed or not at all.
 bool EditUsdLayer(const UsdSplats& splats, const GaussianModel& was, const GaussianModel& model,
                   const std::filesystem::path& path, std::string& bytes);
 
-// The values of `array` for a row in a prim's own frame, as text has them: 1, 3 or 4 numbers, of
-// colors 3 for each coefficient.
+// The values of `array` for a row in a prim's own frame, in the order of the text: 1, 3 or 4
+// numbers, for colors 3 per coefficient.
 std::vector<float> UsdValues(UsdArray array, const SplatRow& row, int degree);
 
 uint16_t FloatToHalf(float value);

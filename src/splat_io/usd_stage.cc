@@ -77,7 +77,7 @@ class Operation {
     const bool of_axis = axis >= 0 && axis < 3;
     if (kind == "transform") {
       Expect(n, 16);
-      matrix = Eigen::Map<const Eigen::Matrix4d>(n.data());  // rows that stand for columns
+      matrix = Eigen::Map<const Eigen::Matrix4d>(n.data());  // rows become columns
     } else if (kind == "translate") {
       Expect(n, 3);
       matrix.topRightCorner<3, 1>() = Eigen::Vector3d(n[0], n[1], n[2]);
@@ -101,7 +101,7 @@ class Operation {
     } else if (kind.size() == 9 && kind.starts_with("rotate")) {
       Expect(n, 3);
       Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-      for (const char letter : kind.substr(6)) {  // the first one turns first
+      for (const char letter : kind.substr(6)) {  // the first letter is the first rotation
         if (letter < 'X' || letter > 'Z') Fail("is of an unknown kind");
         turn = AboutAxis(letter - 'X', n[static_cast<size_t>(letter - 'X')]) * turn;
       }

@@ -10,14 +10,14 @@
 namespace retint {
 namespace {
 
-constexpr size_t kMostNumbers = 16;  // of a value that is no array: a matrix's
+constexpr size_t kMostNumbers = 16;  // of a value that is not an array: those of a matrix
 
 bool IsWordLetter(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == ':' || c == '.' ||
          static_cast<unsigned char>(c) >= 0x80;
 }
 
-// What all of the grammar is made of.
+// The tokens of the grammar.
 class Scanner {
  public:
   Scanner(std::string_view text, const std::filesystem::path& path) : text_(text), path_(path) {}
@@ -28,7 +28,7 @@ class Scanner {
         path_, "line " + std::to_string(1 + std::count(text_.begin(), end, '\n')) + ": " + fault);
   }
 
-  // The next letter that is no space or comment; 0 at the end.
+  // The next character that is not a space or in a comment; 0 at the end.
   char Next() {
     while (at_ < text_.size()) {
       const char c = text_[at_];
@@ -59,7 +59,7 @@ class Scanner {
     Fail(at_ >= text_.size() ? "truncated: " + mark + " is missing" : mark + " is expected");
   }
 
-  // Letters, digits and the marks of names; empty where there are none.
+  // Letters, digits and other characters of names; empty if there are none.
   std::string_view Word() {
     Next();
     const size_t begin = at_;
@@ -91,7 +91,7 @@ class Scanner {
     const char* const begin = text_.data() + at_;
     const auto [end, code] = std::from_chars(begin, text_.data() + text_.size(), value);
     if (code == std::errc::result_out_of_range) {
-      // Too small for a double, or too large.
+      // The number is too small for a double, or too large.
       const std::string_view digits(begin, static_cast<size_t>(end - begin));
       const bool tiny = digits.find("e-") != std::string_view::npos ||
                         digits.find("E-") != std::string_view::npos;
@@ -104,7 +104,7 @@ class Scanner {
     return value;
   }
 
-  // The numbers of a value that is no array.
+  // The numbers of a value that is not an array.
   std::vector<double> Numbers() {
     std::vector<double> numbers;
     size_t open = 0;
@@ -118,7 +118,7 @@ class Scanner {
     return numbers;
   }
 
-  // Any one value: brackets with all that is in them, a text, a path, a word.
+  // Skips any value: brackets with their contents, a text, a path, a word.
   void SkipValue() {
     std::vector<char> open;
     do {
@@ -148,7 +148,7 @@ class Scanner {
     } while (!open.empty());
   }
 
-  // Also of a reference: its asset, path and offset.
+  // The value may be a reference: an asset, a path and an offset.
   void SkipMetadataValue() {
     const char kind = Next();
     SkipValue();
@@ -165,7 +165,7 @@ class Scanner {
  private:
   void SkipTo(std::string_view mark, size_t from) {
     size_t end = text_.find(mark, at_ + from);
-    // An escaped mark is no end.
+    // An escaped mark is not the end.
     while (mark.size() == 3 && end != std::string_view::npos && text_[end - 1] == '\\') {
       end = text_.find(mark, end + mark.size());
     }
@@ -178,7 +178,7 @@ class Scanner {
   size_t at_ = 0;
 };
 
-// Of ForEachUsdaElement; at the bracket's end, or the text's, it stops.
+// For ForEachUsdaElement(); stops at the end of the brackets or of the text.
 template <typename Each>
 void Elements(Scanner& scan, size_t components, const Each& each) {
   std::array<double, 4> numbers{};
@@ -228,7 +228,7 @@ class LayerReader {
            word == "reorder";
   }
 
-  // What stands in parentheses. `field(name)` reads a value or returns false.
+  // The contents of parentheses. `field(name)` reads a value or returns false.
   template <typename Field>
   void Metadata(const Field& field) {
     while (!scan_.Take(')')) {
@@ -318,7 +318,7 @@ class LayerReader {
     }
   }
 
-  // After "=".
+  // Reads a value after "=".
   void Value(UsdPrim& prim, std::string_view type, std::string_view name, bool is_array) {
     const size_t dot = name.find('.');
     const std::string_view attribute = name.substr(0, dot);

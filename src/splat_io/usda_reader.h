@@ -10,11 +10,11 @@
 
 namespace retint {
 
-// InputError of `path` with the line of the fault. `text` may be cut off anywhere.
+// InputError of `path` with the line of the fault. `text` may be truncated anywhere.
 UsdStage ReadUsda(std::string_view text, const std::filesystem::path& path);
 
-// The elements of an array, `elements` being what stands between its brackets in the text of
-// `path`: each one's numbers and where in `elements` they begin and end.
+// Visits the elements of an array. `elements` is the text of `path` between the array's brackets.
+// Each element has numbers, and begins and ends at places in `elements`.
 using UsdaElement = std::function<void(const double* numbers, size_t begin, size_t end)>;
 void ForEachUsdaElement(std::string_view elements, size_t components,
                         const std::filesystem::path& path, const UsdaElement& each);

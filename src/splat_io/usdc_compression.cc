@@ -9,12 +9,12 @@
 namespace retint {
 namespace {
 
-constexpr uint64_t kMostRatio = 255;  // of LZ4: a byte of length stands for that many
+constexpr uint64_t kMostRatio = 255;  // of LZ4: a byte of length stands for at most that many bytes
 constexpr size_t kLeastMatch = 4;
 
 [[noreturn]] void Damaged() { throw std::runtime_error("the compressed data is damaged"); }
 
-// 15 means that further bytes are added, the last of which is below 255.
+// 15 means that more bytes follow, up to the first one below 255.
 size_t Length(std::string_view block, size_t& at, size_t length) {
   if (length < 15) return length;
   uint8_t more;
@@ -121,7 +121,7 @@ std::string PackCrateIntegers(std::span<const int32_t> values) {
     const auto step =
         static_cast<int32_t>(static_cast<uint32_t>(values[i]) - static_cast<uint32_t>(before));
     before = values[i];
-    int code = 0;  // no difference is the common one
+    int code = 0;  // a difference of 0 counts as the most frequent one
     if (step != 0) code = step == int8_t(step) ? 1 : step == int16_t(step) ? 2 : 3;
     codes[i / 4] = static_cast<char>(codes[i / 4] | code << 2 * (i % 4));
     if (code == 1) append(static_cast<int8_t>(step));

@@ -18,7 +18,7 @@ constexpr int kOldest = 7, kNewest = 13;   // minor versions
 constexpr uint64_t kLeastCompressed = 16;  // shorter arrays are never compressed
 constexpr size_t kMostSections = 64, kMostFieldsOfSpec = 1024;
 
-// A value where it is stored.
+// A reference to a stored value.
 struct Rep {
   uint64_t bits = 0;
   CrateType type() const { return static_cast<CrateType>(bits >> 48 & 0xff); }
@@ -29,7 +29,7 @@ struct Rep {
 };
 
 struct PathNode {
-  int64_t parent = -1;  // into the table of paths; -1 for the root, and for unused ones
+  int64_t parent = -1;  // into the table of paths; -1 for the root and unused ones
   std::string_view name;
   bool property = false, used = false;
 };
@@ -80,13 +80,13 @@ class CrateReader {
     return bytes_.substr(offset, size);
   }
 
-  // Counts memory that values take once they are unpacked: many attributes may name one array.
+  // Counts the memory of unpacked values, because many attributes may share one array.
   void Charge(uint64_t memory) const {
     charged_ += memory;
     if (charged_ > MostUnpacked(bytes_.size())) Fail("its values are more than it can hold");
   }
 
-  // Of a table whose elements take `memory` bytes once they are unpacked.
+  // Reads the count of a table whose elements take `memory` bytes each when unpacked.
   uint64_t Count(ByteReader& reader, uint64_t memory) const {
     const auto count = reader.Read<uint64_t>("a count");
     if (count > MostUnpacked(bytes_.size()) / memory) {
@@ -164,7 +164,7 @@ class CrateReader {
     const uint64_t count = Count(reader, sizeof(PathNode));
     const std::vector<int32_t> indices = Integers(reader, count), names = Integers(reader, count),
                                jumps = Integers(reader, count);
-    // The node that is next and the path above it; siblings wait for the subtree before them.
+    // The next node and the path above it. Siblings wait until the subtree before them is done.
     struct Step {
       uint64_t at;
       int64_t parent;
@@ -214,7 +214,7 @@ class CrateReader {
     return tokens_[index];
   }
 
-  // each(name, rep) of a spec's fields.
+  // Calls each(name, rep) for the fields of a spec.
   template <typename Each>
   void ForFields(const Spec& spec, const Each& each) const {
     for (uint64_t i = 0;; ++i) {
@@ -228,7 +228,7 @@ class CrateReader {
     }
   }
 
-  // An array that several attributes share cannot be changed for one of them.
+  // If several attributes share an array, it cannot be changed for only one of them.
   void CountUses() {
     uint64_t fields = 0;
     for (const auto& [path, spec] : spec_of_path_) {
@@ -358,7 +358,7 @@ class CrateReader {
     }
   }
 
-  // Bytes of a component and how many there are; 0 for other types.
+  // Bytes per component, and number of components; 0 for other types.
   static std::pair<size_t, size_t> Layout(CrateType type) {
     switch (type) {
       case CrateType::kHalf:
@@ -414,7 +414,7 @@ class CrateReader {
     }
     if (rep.type() == CrateType::kHalf) return {HalfToFloat(static_cast<uint16_t>(low))};
     if (count == 1) return {LoadAs<float>(reinterpret_cast<const char*>(&low))};
-    // Small whole numbers as bytes; of a matrix, its diagonal.
+    // Small whole numbers are stored as bytes, a matrix by its diagonal.
     std::vector<double> numbers(count);
     for (size_t i = 0; i < (count == 16 ? 4 : count); ++i) {
       numbers[count == 16 ? 5 * i : i] = static_cast<int8_t>(payload >> 8 * i & 0xff);
@@ -456,7 +456,7 @@ class CrateReader {
     }
   }
 
-  // Whole numbers, or indices into a table of the values that occur.
+  // Whole numbers are compressed directly; other values as indices into a table of distinct values.
   void SetCompressed(UsdValue& value, uint64_t at, uint64_t elements, size_t bytes) const {
     if (elements > bytes_.size()) {
       Fail("announces " + std::to_string(elements) + " values, more than it can hold");
@@ -492,12 +492,12 @@ class CrateReader {
   std::map<std::string, std::string_view> sections_;
   std::string token_bytes_;
   std::vector<std::string_view> tokens_;
-  std::vector<uint32_t> strings_, order_;  // paths from the root on
+  std::vector<uint32_t> strings_, order_;  // paths in order from the root
   std::vector<int32_t> field_names_, field_sets_;
   std::vector<Rep> reps_;
   std::vector<PathNode> paths_;
   std::unordered_map<uint64_t, Spec> spec_of_path_;
-  std::unordered_map<uint64_t, uint32_t> uses_;  // of an array's offset
+  std::unordered_map<uint64_t, uint32_t> uses_;  // by the offset of an array
   std::vector<int64_t> prim_of_path_;
   mutable uint64_t charged_ = 0;  // bytes of memory
   UsdStage stage_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// OpenUSD layers as crates, "PXR-USDC" (pxr/usd/sdf/crateFile.h of OpenUSD): a table of sections,
-// which hold tokens, fields, paths and specs; fields have their values inline or at an offset.
+// OpenUSD layers as crates, "PXR-USDC" (pxr/usd/sdf/crateFile.h of OpenUSD). A table lists sections
+// with tokens, fields, paths and specs. Values of fields are inline or at an offset.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace retint {
 
 inline constexpr std::string_view kCrateMark = "PXR-USDC";
 
-// Types of values, as a ValueRep has them in bits 48 to 55.
+// Types of values, in bits 48 to 55 of a ValueRep.
 enum class CrateType : uint8_t {
   kBool = 1,
   kInt = 3,
@@ -38,10 +38,10 @@ enum class CrateType : uint8_t {
 enum class CrateSpec : uint8_t { kAttribute = 1, kPrim = 6, kRoot = 7 };
 inline constexpr uint64_t kCrateArray = uint64_t{1} << 63, kCrateInlined = uint64_t{1} << 62,
                           kCrateCompressed = uint64_t{1} << 61;
-inline constexpr uint32_t kCrateEnd = ~uint32_t{0};  // of a set of fields
+inline constexpr uint32_t kCrateEnd = ~uint32_t{0};  // end of a set of fields
 inline constexpr size_t kCrateHeader = 88;           // mark, version, offset of the table, unused
 
-// InputError of `path`. `bytes` may be cut off anywhere. Of versions 0.7 to 0.13.
+// Reads versions 0.7 to 0.13. InputError of `path`. `bytes` may be truncated anywhere.
 UsdStage ReadUsdc(std::string_view bytes, const std::filesystem::path& path);
 
 }  // namespace retint

@@ -26,10 +26,10 @@ void Append(std::string& bytes, const T& value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-// Tokens, fields, paths and specs as they are named, and their sections.
+// Collects tokens, fields, paths and specs as they are used, and makes their sections.
 class Tables {
  public:
-  // Index 0 has no negative, which marks properties.
+  // Index 0 has no negative, and negative indices mark properties.
   Tables() { Token(";-)"); }
 
   uint32_t Token(const std::string& text) {
@@ -44,7 +44,7 @@ class Tables {
   uint64_t TokenRep(const std::string& text) { return Inlined(CrateType::kToken, Token(text)); }
 
   using Fields = std::vector<std::pair<std::string, uint64_t>>;
-  // `jump` of the path: -1 for one with children only, 0 for one with siblings only, -2 for
+  // `jump` of the path: -1 if it has only children, 0 if it has only siblings, -2 if it has
   // neither.
   void AddSpec(CrateSpec type, const std::string& name, int32_t jump, const Fields& fields) {
     const auto path = static_cast<int32_t>(paths_.size());
@@ -62,7 +62,8 @@ class Tables {
     field_sets_.push_back(static_cast<int32_t>(kCrateEnd));
   }
 
-  // All sections and their table, for the place `at` of the file; `table` is the table's.
+  // All sections and their table, to be written at `at` of the file. Sets `table` to the table's
+  // place.
   std::string Bytes(uint64_t at, uint64_t& table) const {
     const std::pair<const char*, std::string> sections[] = {
         {"TOKENS", TokenSection()}, {"STRINGS", std::string(8, '\0')},
@@ -89,7 +90,7 @@ class Tables {
     section += packed;
   }
 
-  // Columns of the same length behind their length.
+  // Columns of equal length, after their length.
   static std::string Integers(std::initializer_list<const std::vector<int32_t>*> columns) {
     std::string section;
     Append(section, uint64_t{(*columns.begin())->size()});
@@ -130,7 +131,7 @@ struct ArrayOfFile {
   std::optional<UsdArray> array;  // none: the extent
   const char *name, *type;
   CrateType crate_type;
-  size_t floats;  // of a Gaussian
+  size_t floats;  // per Gaussian
   uint64_t elements;
   uint64_t at = 0;
   uint64_t bytes() const {
@@ -179,8 +180,8 @@ void WriteArray(const GaussianModel& model, const ArrayOfFile& array,
   write(block);
 }
 
-// The stage, its prim, and the attributes; `values` is the place of the lists of names, which come
-// first. Returns their bytes.
+// Adds the stage, its prim, and the attributes. Returns the bytes of the lists of names, which come
+// first, at `values`.
 std::string AddSpecs(const GaussianModel& model, const std::vector<ArrayOfFile>& arrays,
                      uint64_t values, Tables& tables) {
   std::string lists;

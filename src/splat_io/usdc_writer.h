@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A stage with one prim of Gaussians, as a crate.
+// Writes a stage with one prim of Gaussians as a crate.
 #pragma once
 
 #include <functional>
@@ -10,8 +10,8 @@
 
 namespace retint {
 
-// The stage of WriteUsda() in version 0.8, which every OpenUSD with the schema reads, in pieces. No
-// array is compressed, so that an edit can change it in its place.
+// Writes the stage of WriteUsda() in pieces, in version 0.8, which every OpenUSD with the schema
+// reads. Arrays are not compressed, so that edits can change them in place.
 void WriteUsdc(const GaussianModel& model, Monitor& monitor,
                const std::function<void(std::string_view)>& write);
 
