@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How the canvas moves its camera: from picture to picture, to what is under the cursor, by held
-// keys, and back to where a session left it.
+// Moves the canvas's camera: between pictures, toward the point under the cursor, by held keys, and
+// back to the place that a session stored.
 #include <algorithm>
 #include <cmath>
 
@@ -12,8 +12,8 @@
 namespace retint {
 namespace {
 
-// Fills `values` from the list of `count` finite numbers `object[key]`; false when that is not
-// there.
+// Reads `count` finite numbers from the list `object[key]` into `values`; false if it has another
+// form.
 bool ReadNumbers(const nlohmann::json& object, const char* key, double* values, size_t count) {
   if (!object.contains(key) || !object[key].is_array() || object[key].size() != count) return false;
   for (size_t i = 0; i < count; ++i) {
@@ -37,7 +37,7 @@ bool Canvas::GoTo(const std::string& name) {
   if (!to) return false;
   navigation_.GoTo(*to->faces.front(), facts->Shown(*to));
   CameraMoved();
-  photos_->Photo(to->name);  // someone may hold P
+  photos_->Photo(to->name);  // read it now: the user may hold P
   SayMissingPhoto();
   return true;
 }
@@ -50,7 +50,7 @@ void Canvas::StepView(int by) {
   if (const UserPicture* shown = picture()) {
     at = shown - pictures.data();
   } else {
-    // From a free camera: to the picture that was taken nearest.
+    // From a free camera: to the nearest picture.
     const Eigen::Vector3d here = navigation_.Rendered().Center();
     const auto away = [&](const UserPicture& one) {
       return (one.faces.front()->cam_from_world.OriginInSource() - here).norm();
@@ -91,7 +91,8 @@ void Canvas::Probe(const QPointF& at, ProbeFor what) {
   const QPointF at_pixel = (at - rect.topLeft()) * devicePixelRatioF();
   const Eigen::Vector2d pixel(at_pixel.x(), at_pixel.y());
   if (camera.camera.IsPinhole()) return renderer_->Probe(camera, pixel, what);
-  // Along the same ray through a pinhole: where a photo takes several, through the best.
+  // Along the same ray through a pinhole. If a photo has several pinhole views, through the best
+  // one.
   const auto ray = CameraProjection(camera.camera).CamFromImg(pixel);
   if (!ray) return;
   if (const UserPicture* shown = picture(); shown && shown->faces.size() > 1) {
@@ -111,7 +112,7 @@ void Canvas::OnProbed(const PosedCamera& camera, const Eigen::Vector2d& pixel, P
                       double depth) {
   if (!controller_->IsOpen()) return;
   if (what == ProbeFor::kPivot) {
-    // Of a drag that goes on; where nothing was hit it turns about the focus.
+    // A drag is going on. If the ray hits nothing, the drag turns about the focus.
     if (gesture_ == MouseGesture::kOrbit && depth > 0) {
       navigation_.SetPivot(camera.Unproject(pixel, depth));
     }
@@ -169,7 +170,7 @@ void Canvas::FlyStep() {
   };
   const Eigen::Vector3d direction(axis("fly.right", "fly.left"), axis("fly.down", "fly.up"),
                                   axis("fly.forward", "fly.back"));
-  // A window that was busy must not make the camera jump.
+  // A busy window must not make the camera jump.
   const double seconds = std::min(0.1, fly_clock_.restart() / 1000.0);
   if (direction.isZero() || !controller_->IsOpen()) return;
   navigation_.Fly(direction, seconds, fly_factor_);

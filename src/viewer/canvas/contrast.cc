@@ -15,13 +15,13 @@
 namespace retint {
 namespace {
 
-// As kOverlayNames calls them.
+// In the order of kOverlayNames.
 const QColor kOverlays[] = {{255, 140, 0}, {0, 150, 255}, {255, 0, 200}, {60, 220, 0}};
-// Of differences in red, green and blue, up to 441. A measure of 150 tells azure from sky blue
-// and orange from a fox.
+// Distance in red, green and blue, at most 441. At 150, azure stands out from sky blue, and orange
+// from a fox.
 constexpr double kStandsOut = 150;
 constexpr double kMostSamples = 2e5;
-constexpr double kCovers = 0.25;  // of the most that a Gaussian of the region has
+constexpr double kCovers = 0.25;  // of the most that a Gaussian of the region covers
 constexpr size_t kMostGaussians = 40000;
 
 double Distance(const QColor& a, const QColor& b) {
@@ -33,7 +33,7 @@ QColor ToQColor(const Eigen::Vector3f& color) {
   return QColor::fromRgbF(part(0), part(1), part(2));
 }
 
-QColor preferred;  // of the whole program, as the theme is
+QColor preferred;  // for the whole program, like the theme
 
 }  // namespace
 
@@ -75,7 +75,7 @@ std::optional<Eigen::Vector3f> RegionColors::Of(const RegionSelection& selection
   if (!fresh) return found->second;
   const std::vector<float>& shares = selection.shares;
   const auto block = size_t(original.NumShCoeffs()) * 3;
-  std::vector<std::pair<double, size_t>> weights;  // and of which Gaussian
+  std::vector<std::pair<double, size_t>> weights;  // with the index of the Gaussian
   double most = 0;
   for (size_t g = 0; g < shares.size() && (g + 1) * block <= original.sh.size(); ++g) {
     if (shares[g] <= 0) continue;
@@ -83,7 +83,7 @@ std::optional<Eigen::Vector3f> RegionColors::Of(const RegionSelection& selection
     weights.emplace_back(opacity * double(shares[g]), g);
     most = std::max(most, weights.back().first);
   }
-  // A Gaussian that hardly covers anything says little about the region's looks.
+  // A Gaussian that covers almost nothing says little about the region's color.
   std::erase_if(weights, [&](const auto& one) { return one.first < kCovers * most; });
   const size_t step = weights.size() / kMostGaussians + 1;
   std::vector<float> colors;
@@ -105,7 +105,7 @@ QColor RegionColors::Before(const Region& region, const GaussianModel& original)
 QColor RegionColors::After(const Region& region, const GaussianModel& original) {
   const ColorEdit edit = region.EffectiveEdit();
   const auto color = Of(*region.selection, original);
-  // One that is still to be measured shows the original.
+  // An edit without a measured main color shows the original.
   if (!color || edit.NeedsMainColor()) return Before(region, original);
   return ToQColor(CompiledEdit(edit).Apply(*color));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Colors for overlays on a picture, so that they can be told from it.
+// Colors for overlays that stand out from the picture below.
 #pragma once
 
 #include <cstdint>
@@ -15,20 +15,20 @@
 
 namespace retint {
 
-// Orange, azure, magenta or green: the first of them that stands out from `under`; `current`, where
-// it does, so that an overlay keeps its color while it can.
+// The first of orange, azure, magenta and green that stands out from `under`. If `current` stands
+// out, `current`: an overlay keeps its color as long as possible.
 QColor ContrastingColor(const QColor& under, const QColor& current = {});
 
-// The mean color of the pixels of a picture that `inside` picks, of a large one a part of them;
-// invalid where there is none.
+// The mean color of the pixels that `inside` selects; of a large picture, of some of them. Invalid
+// if it selects none.
 QColor MeanColor(const QImage& picture, const std::function<bool(int x, int y)>& inside);
 
-// The main colors of regions (FindMainColor), by their Gaussians' first coefficients; invalid of a
-// region without any. Near those that an edit measures in views, and at hand at once. Those of a
-// selection are asked once: that takes every Gaussian.
+// The main colors of regions (FindMainColor), from the first coefficients of their Gaussians. Close
+// to those that an edit measures in views, but available at once. Invalid for a region without
+// Gaussians. Computed once for each selection, because that reads every Gaussian.
 class RegionColors {
  public:
-  // Without the region's edit, and as the edit shows it.
+  // Without the region's edit, and with it.
   QColor Before(const Region& region, const GaussianModel& original);
   QColor After(const Region& region, const GaussianModel& original);
   void Clear() { colors_.clear(); }  // for another scene

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The color that the user prefers for what is painted and for masks.
+// The user's choice of a color for paint and masks.
 #pragma once
 
 #include <QString>
@@ -8,7 +8,7 @@ namespace retint {
 
 constexpr const char* kOverlayNames[] = {"orange", "azure", "magenta", "green"};
 
-// From then on ContrastingColor() is that of this name, of the whole program; "": as it contrasts.
+// Makes ContrastingColor() return this color in the whole program; "": the first that contrasts.
 void PreferOverlayColor(const QString& name);
 
 }  // namespace retint

@@ -19,7 +19,7 @@ namespace {
 
 constexpr size_t kPhotosKept = 4;
 
-// The whole photo of a distorted camera in the pixels that are shown; null when it cannot be read.
+// The whole photo of a distorted camera, with the pixels to show; null if it is unreadable.
 QImage ReadWhole(const Workspace& workspace, const View& view, bool own_pixels) {
   try {
     const Camera& camera = workspace.PhotoCamera(view);
@@ -32,7 +32,7 @@ QImage ReadWhole(const Workspace& workspace, const View& view, bool own_pixels) 
   }
 }
 
-// A small picture of a view that shows a part of its photo: from a small reading of the file, pixel
+// The thumbnail of a view that shows a part of its photo, from a small reading of the file, pixel
 // by pixel.
 QImage ReadUndistorted(const Workspace& workspace, const View& view, int side) {
   const QImage photo = ReadPicture(workspace.PhotoPath(view), 4 * side);
@@ -82,7 +82,7 @@ QImage ReadPicture(const std::filesystem::path& path, int side) {
   }
   QImage image = reader.read();
   if (image.isNull()) {
-    // A format that Qt does not know here.
+    // Qt does not know this format here.
     try {
       image = ToQImage(ReadImage8(path));
     } catch (const std::exception&) {
@@ -153,7 +153,7 @@ void PhotoLoader::Read(const std::string& name, bool small) {
       image = ReadPicture(workspace.PhotoPath(view), side);
     }
     Post(this, [this, facts, name, small, image] {
-      if (facts != facts_) return;  // of a scene that was closed
+      if (facts != facts_) return;  // from a closed scene
       if (small) {
         thumbnails_[name] = image;
         Q_EMIT thumbnailReady(QString::fromStdString(name));
@@ -167,7 +167,7 @@ void PhotoLoader::Read(const std::string& name, bool small) {
       Q_EMIT photoReady(QString::fromStdString(name));
     });
   };
-  PostToPool(pool_, job, small ? 0 : 1);  // someone waits for a whole photo
+  PostToPool(pool_, job, small ? 0 : 1);  // the user waits for a whole photo
 }
 
 }  // namespace retint

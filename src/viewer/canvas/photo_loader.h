@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The photos of pictures (SceneFacts), read in the background: small ones for lists and frusta,
-// whole ones to compare with; where a picture is a pinhole view of a distorted photo, that part,
-// undistorted. A missing or damaged photo is a null picture.
+// Reads the photos of pictures (SceneFacts) in the background: thumbnails for lists and frusta,
+// whole photos to compare with. If a picture is a pinhole view of a distorted photo, it gets the
+// undistorted part. The image of a missing or damaged photo is null.
 #pragma once
 
 #include <map>
@@ -24,16 +24,16 @@ class PhotoLoader : public QObject {
   explicit PhotoLoader(QObject* parent = nullptr);
   ~PhotoLoader() override;
 
-  // Forgets everything of the scene before; null: no scene.
+  // Forgets everything of the previous scene; null: no scene.
   void SetScene(std::shared_ptr<const SceneFacts> facts);
 
-  // By the picture's name. The picture if it has been read; else null, and photoReady() or
-  // thumbnailReady() follows (once; a photo that cannot be read stays null).
+  // By the picture's name. The image if it has been read. Otherwise null, and photoReady() or
+  // thumbnailReady() follows once. An unreadable photo stays null.
   QImage Thumbnail(const std::string& name);  // at most kThumbnailSide wide and high
-  QImage Photo(const std::string& name);      // the few newest are kept
-  // Whether reading the small one was tried, in vain.
+  QImage Photo(const std::string& name);      // keeps the newest few
+  // Whether the thumbnail could not be read.
   bool IsMissing(const std::string& name) const;
-  // Whether reading the whole photo was tried, in vain.
+  // Whether the whole photo could not be read.
   bool IsUnreadable(const std::string& name) const;
 
   static constexpr int kThumbnailSide = 160;
@@ -51,7 +51,7 @@ class PhotoLoader : public QObject {
   std::set<std::string> asked_thumbnails_, asked_photos_;
 };
 
-// The camera of a small picture, at most kThumbnailSide wide and high, and how that is made
+// The camera of a thumbnail, at most kThumbnailSide wide and high, and the lens to draw it through
 // (DrawThrough).
 struct SmallPicture {
   PosedCamera camera;
@@ -59,7 +59,7 @@ struct SmallPicture {
 };
 SmallPicture SmallPictureOf(const SceneFacts& facts, const UserPicture& picture);
 
-// `path` as a picture of at most side x side pixels (0: whole); null when it cannot be read.
+// Reads `path`, at most side x side pixels large (0: full size); null if it is unreadable.
 QImage ReadPicture(const std::filesystem::path& path, int side);
 
 }  // namespace retint

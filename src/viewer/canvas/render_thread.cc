@@ -24,28 +24,30 @@
 namespace retint {
 namespace {
 
-constexpr size_t kCacheBytes = size_t{96} << 20;  // of view geometries: some cameras at rest
+constexpr size_t kCacheBytes = size_t{96} << 20;  // for view geometries of a few cameras at rest
 constexpr double kUndecided =
-    0.2;  // what is hatched. A completion takes 0.25 off what no paint saw
+    0.2;  // least value to hatch; completion doubts parts that no paint saw by 0.25
 constexpr double kSmallestScale = 0.25;
-// Where the geometry alone takes the budget, smaller pictures hardly come sooner.
+// Fewer pixels than this save almost no time, because the geometry takes longer.
 constexpr double kLeastPixelShare = 0.25;  // of the geometry's time
-constexpr double kScaleStep = 1.0 / 16;    // so that a resting camera finds its geometry again
-constexpr double kMemory = 0.6;            // of the running means
-// Of a camera at rest, whose colors change:
-constexpr double kSharpMs = 60;      // a sharp frame within this is better than a small one sooner
-constexpr double kSharpRiskMs = 25;  // from here on one that is sooner is made possible
-constexpr std::chrono::milliseconds kIdle(150);  // before that
+constexpr double kScaleStep = 1.0 / 16;  // steps, so that a resting camera finds its geometry again
+constexpr double kMemory = 0.6;          // weight of the past in running means
+// For a camera at rest while colors change:
+constexpr double kSharpMs =
+    60;  // a sharp frame within this time is better than a small one earlier
+constexpr double kSharpRiskMs = 25;              // if it may take longer, prepare a smaller frame
+constexpr std::chrono::milliseconds kIdle(150);  // after this time without requests
 
-// What a frame will take, from the frames before it: so much for the geometry and so much a pixel.
+// Predicts the time of a frame from earlier ones: a constant for the geometry, plus a time per
+// pixel.
 class FrameClock {
  public:
   void AddGeometry(double milliseconds) { Blend(geometry_, milliseconds); }
   void AddPixels(double milliseconds, double pixels) { Blend(per_pixel_, milliseconds / pixels); }
 
-  // Of a frame whose geometry is there; 0: nothing known yet.
+  // With known geometry; 0: not measured yet.
   double Milliseconds(double pixels) const { return per_pixel_ * pixels; }
-  // The scale at which that takes `budget`.
+  // The scale at which this takes `budget`.
   double ScaleWithin(double budget, double pixels) const {
     return Stepped(std::sqrt(budget / Milliseconds(pixels)));
   }
@@ -56,10 +58,11 @@ class FrameClock {
       const double left = std::max(budget - geometry_, kLeastPixelShare * geometry_);
       wanted = std::sqrt(left / (per_pixel_ * pixels));
     } else {
-      wanted = 0.5;  // nothing known yet
+      wanted = 0.5;  // nothing measured yet
     }
     wanted = std::clamp(wanted, kSmallestScale, 1.0);
-    // Kept while it is about right: a scale that flickers is worse than a frame a little late.
+    // Keep the scale while it is roughly right: changing scales are worse than a slightly late
+    // frame.
     if (scale_ == 0 || wanted < 0.9 * scale_ || wanted > 1.15 * scale_) {
       scale_ = Stepped(wanted);
     }
@@ -116,7 +119,7 @@ void DrawCloud(const OverlayCloud& cloud, const PosedCamera& camera, const Depth
   }
 }
 
-// Slanted lines, dark and light side by side, where the mask is inside: seen on any picture.
+// Slanted lines, dark and light side by side, inside the mask: visible on any picture.
 void DrawHatching(const Mask& mask, double period, QImage& image) {
   constexpr double kDark = 0.2, kLight = 0.4;  // of the period, from its beginning
   for (int y = 0; y < image.height(); ++y) {
@@ -129,11 +132,11 @@ void DrawHatching(const Mask& mask, double period, QImage& image) {
   }
 }
 
-// Of one picture's faces, in common colors. If they are several, depth is the distance.
+// The faces of one picture, in common colors. With several faces, depth is the distance.
 std::vector<QImage> DepthPictures(const std::vector<PosedCamera>& cameras,
                                   const std::vector<DepthMap>& depths) {
   if (depths.size() == 1) return {ToQImage(DepthPicture(depths.front()))};
-  // One below the other: all faces are of one size.
+  // One below the other: all faces have the same size.
   const int width = depths.front().width, height = depths.front().height;
   DepthMap all(width, height * int(depths.size()));
   for (size_t f = 0; f < depths.size(); ++f) {
@@ -162,7 +165,7 @@ PosedCamera Scaled(const PosedCamera& camera, double scale) {
 }
 
 QImage ToQImage(const Image& image) {
-  constexpr int64_t kRows = 32;  // a task
+  constexpr int64_t kRows = 32;  // per task
   QImage result(image.width, image.height, QImage::Format_RGB32);
   uchar* const pixels = result.bits();
   const qsizetype line = result.bytesPerLine();
@@ -248,11 +251,11 @@ class RenderThread::Impl {
     Eigen::Vector2d pixel;
     ProbeFor what;
   };
-  // A picture is rendered through one camera, or through one for each face of its lens.
+  // A picture has one camera, or one for each face of its lens.
   using Cameras = std::vector<PosedCamera>;
   struct Resting {
     Cameras cameras;
-    double pixels;  // drawn for them
+    double pixels;  // drawn for these cameras
   };
 
   void Loop() {
@@ -322,8 +325,8 @@ class RenderThread::Impl {
 
   ShPointer Original() const { return {scene_->original, &scene_->original->sh}; }
 
-  // Uploads coefficients. Where it is known which differ from the original, before and now, only
-  // those: in host memory, where a copy of a few floats costs nothing.
+  // Uploads coefficients. If the changes from the original are known for the coefficients before
+  // and now, uploads only these: to host memory, because copying a few floats is cheap.
   void Show(const ShPointer& sh, ActivePointer active) {
     if (!sh || sh == shown_ || sh->size() != scene_->original->sh.size()) return;
     if (sh == Original()) active = std::make_shared<const std::vector<int32_t>>();
@@ -366,10 +369,10 @@ class RenderThread::Impl {
     return ready_scale_ < 1 && HasGeometries(ScaledAll(cameras, ready_scale_));
   }
 
-  // The geometry of a smaller frame, for colors that will change.
+  // Prepares the geometry of a smaller frame, for future color changes.
   void MakeReady(const Resting& at, double budget) {
     if (!renderer_ || clock_.Milliseconds(at.pixels) < kSharpRiskMs || IsReady(at.cameras)) return;
-    // Both must find room: the sharp frame comes after the small ones.
+    // Both must fit: the sharp frame comes after the small ones.
     if (!HasGeometries(at.cameras)) return;
     try {
       size_t bytes = 0;
@@ -380,7 +383,7 @@ class RenderThread::Impl {
         renderer_->Geometry(camera);
       }
     } catch (const std::exception&) {
-      // Nobody has asked for it: the frame that does says what is wrong.
+      // This frame was not requested. A requested one will report the fault.
     }
   }
 
@@ -402,7 +405,7 @@ class RenderThread::Impl {
     {
       const Stopwatch watch;
       for (const PosedCamera& camera : cameras) renderer_->Geometry(camera);
-      // A geometry from the cache says nothing about the next one.
+      // A geometry from the cache says nothing about the time of the next one.
       if (watch.Milliseconds() > 1) clock_.AddGeometry(watch.Milliseconds());
     }
     const Stopwatch watch;
@@ -430,7 +433,7 @@ class RenderThread::Impl {
     Post(owner, [owner, frame] { Q_EMIT owner->frameReady(frame); });
   }
 
-  // With the coefficients that show, including the drawing on the surfaces.
+  // With the current coefficients, including drawings on surfaces.
   std::vector<QImage> DrawFaces(const FrameRequest& request, const Cameras& cameras, double scale) {
     const bool colored = request.what == RenderWhat::kRgb;
     const bool cloud = request.cloud && !request.cloud->points.empty();
@@ -458,7 +461,7 @@ class RenderThread::Impl {
     return faces;
   }
 
-  // The depth in a window of a few pixels around the one asked for.
+  // Renders the depth in a window of a few pixels around the requested one.
   void AnswerProbe(const Question& question) {
     if (!renderer_) return;
     const auto& [camera, pixel, what] = question;
@@ -491,16 +494,16 @@ class RenderThread::Impl {
   std::shared_ptr<const SceneFacts> next_scene_;
   bool scene_changed_ = false, quit_ = false;
   double budget_ = 60;
-  // The thread's own.
+  // Used only on the thread.
   std::shared_ptr<const SceneFacts> scene_;
   std::unique_ptr<Renderer> renderer_;
   RenderOutput output_;  // of the last frame
   ShPointer shown_;
   ActivePointer shown_active_;
   FrameClock clock_;
-  std::optional<Resting> resting_;  // of the frame just drawn, when that is sharp
-  double ready_scale_ = 1;          // of MakeReady(); 1: nothing is ready
-  std::thread thread_;              // last: starts when everything above exists
+  std::optional<Resting> resting_;  // the last frame, if it is sharp
+  double ready_scale_ = 1;          // of MakeReady(); 1: nothing prepared
+  std::thread thread_;              // last: it starts when all members above exist
 };
 
 RenderThread::RenderThread(QObject* parent)

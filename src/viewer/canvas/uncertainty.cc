@@ -6,7 +6,7 @@
 namespace retint {
 namespace {
 
-constexpr int kSuggested = 5;  // views of which each takes the ones before it into account
+constexpr int kSuggested = 5;  // number of views that each assume the ones before to be painted
 
 }  // namespace
 
@@ -14,7 +14,7 @@ Uncertainty::Uncertainty(SceneController* controller, CurrentRegion* current, QO
     : QObject(parent), controller_(controller), current_(current) {
   connect(current_, &CurrentRegion::changed, this, &Uncertainty::Follow);
   connect(controller_, &SceneController::regionsChanged, this, &Uncertainty::Follow);
-  // Selections of different scenes may have the same number.
+  // Selections of two scenes may have the same id.
   for (const auto another : {&SceneController::opened, &SceneController::closed}) {
     connect(controller_, another, this, [this] {
       found_.reset();
@@ -81,7 +81,7 @@ void Uncertainty::Find() {
       },
       [this](Found found) {
         if (asked_ == found.selection) asked_ = 0;
-        if (found.selection != selection_) return;  // it is another by now
+        if (found.selection != selection_) return;  // the selection has changed
         found_ = std::make_shared<const Found>(std::move(found));
         Q_EMIT changed();
       });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the paint of the current region has not decided: found by the worker when somebody asks, and
-// kept until the region's selection is another.
+// The Gaussians that the paint of the current region leaves undecided. The worker finds them on
+// demand; they are kept until the region's selection changes.
 #pragma once
 
 #include <memory>
@@ -19,21 +19,21 @@ class Uncertainty : public QObject {
 
  public:
   struct Found {
-    uint64_t selection = 0;                               // it is of
+    uint64_t selection = 0;                               // that these belong to
     std::shared_ptr<const std::vector<float>> undecided;  // [N] 1 - confidence of the completion
-    std::vector<ViewSuggestion> views;                    // the views to paint next, the best first
+    std::vector<ViewSuggestion> views;                    // to paint next, the best first
   };
 
   Uncertainty(SceneController* controller, CurrentRegion* current, QObject* parent = nullptr);
 
-  // Of the current region; null: not found yet.
+  // For the current region; null: not found yet.
   std::shared_ptr<const Found> found() const;
-  // changed() follows, or refused(). Nothing happens where it is found already, or on its way.
+  // changed() or refused() follows. Does nothing if the result is known, or will come.
   void Find();
   SceneController::TaskId task() const { return task_; }  // of the last Find()
 
  Q_SIGNALS:
-  void changed();  // found(): it was found, or is another selection's
+  void changed();  // found() has changed: it was found, or is outdated
   void refused(const QString& why);
 
  private:
@@ -43,7 +43,7 @@ class Uncertainty : public QObject {
   CurrentRegion* current_;
   uint64_t selection_ = 0;  // of the current region; 0: none
   SceneController::TaskId task_ = 0;
-  uint64_t asked_ = 0;  // selection that is on its way
+  uint64_t asked_ = 0;  // selection that the worker is looking at
   std::shared_ptr<const Found> found_;
 };
 

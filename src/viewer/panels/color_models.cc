@@ -11,8 +11,8 @@ namespace retint {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
-constexpr double kLastHue = 0.9999;  // of Qt's HSV: 1 would be the first one again
-constexpr double kGray = 2e-3;       // chroma below which a hue is noise: half a step of 1 / 255
+constexpr double kLastHue = 0.9999;  // of Qt's HSV: 1 would equal 0
+constexpr double kGray = 2e-3;       // below this chroma, hue is noise: half a step of 1 / 255
 
 QColor FromHsv(const ColorPlace& place) {
   return QColor::fromHsvF(float(std::min(place.hue, kLastHue)), float(place.across),
@@ -27,7 +27,7 @@ ColorPlace HsvOf(const QColor& color, const ColorPlace& before) {
 }
 
 QColor FromOkLch(const ColorPlace& place) {
-  // Of a channel: rounding must not put white and the primaries outside.
+  // For each channel: rounding must not exclude white and the primaries.
   constexpr float kEdge = 0.5F / 255;
   const double chroma = place.across * kMostChroma, angle = place.hue * kTurn;
   const OkLab lab{float(place.up), float(chroma * std::cos(angle)),
@@ -63,7 +63,7 @@ std::span<const ColorModel> ColorModels() { return kModels; }
 QColor NearestColor(const ColorModel& model, const ColorPlace& place) {
   const QColor color = model.color(place);
   if (color.isValid()) return color;
-  // Gray is always a color.
+  // Gray is always a valid color.
   ColorPlace inside = place, outside = place;
   inside.across = 0;
   constexpr int kHalvings = 12;

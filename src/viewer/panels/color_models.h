@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The models in which a color is chosen: a hue, and two values that span an area at that hue.
+// The models for choosing a color: a hue, and an area of two other values at that hue.
 #pragma once
 
 #include <span>
@@ -8,7 +8,7 @@
 
 namespace retint {
 
-// A color as its place in a model: the hue of the strip, right and up in the area, all from 0 to 1.
+// A color as a place in a model: hue in the strip, x and y (up) in the area, all in [0, 1].
 struct ColorPlace {
   double hue = 0, across = 0, up = 1;
 };
@@ -17,17 +17,17 @@ struct ColorModel {
   const char* name;
   const char* across;  // the component that grows to the right
   const char* up;
-  // The color of a place; invalid where sRGB has none.
+  // The color of a place; invalid if sRGB has none there.
   QColor (*color)(const ColorPlace& place);
-  // The place of a color. A gray has no hue, and black no saturation: there `before` holds.
+  // The place of a color. Grays take their hue from `before`, black also its saturation.
   ColorPlace (*place)(const QColor& color, const ColorPlace& before);
 };
 
-// HSV, and OKLCh (B. Ottosson 2020): chroma to the right, up to kMostChroma, lightness upwards.
+// HSV, and OKLCh (B. Ottosson 2020): chroma up to kMostChroma to the right, lightness upward.
 std::span<const ColorModel> ColorModels();
-inline constexpr double kMostChroma = 0.33;  // of sRGB's colors; magenta has 0.322
+inline constexpr double kMostChroma = 0.33;  // contains sRGB's colors; magenta has 0.322
 
-// The color of a place; where sRGB has none, that of the same hue and height that lies nearest.
+// The color of a place. If sRGB has none, the nearest color of the same hue and height.
 QColor NearestColor(const ColorModel& model, const ColorPlace& place);
 
 }  // namespace retint

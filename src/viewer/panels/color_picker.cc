@@ -21,7 +21,7 @@ namespace retint {
 namespace {
 
 constexpr double kStep = 0.01, kFarStep = 0.1;  // of the keyboard
-constexpr double kLastHue = 0.9999;             // 1 would be the first one again
+constexpr double kLastHue = 0.9999;             // 1 would equal 0
 constexpr int kRestMs = 1500;
 constexpr int kColumns = 4;
 
@@ -36,9 +36,9 @@ void PaintFocus(QWidget& widget, QPainter& painter) {
   painter.drawRect(widget.rect().adjusted(0, 0, -1, -1));
 }
 
-// Black and white, so that it is seen on any color.
+// Black and white, so that it is visible on any color.
 void PaintMark(QPainter& painter, const QWidget& widget, QPointF at, double radius) {
-  // Whole at the border too.
+  // Keeps the whole mark inside, at the border too.
   const double margin = radius + 2;
   at.setX(std::clamp(at.x(), margin, std::max(margin, widget.width() - 1 - margin)));
   at.setY(std::clamp(at.y(), margin, std::max(margin, widget.height() - 1 - margin)));
@@ -91,7 +91,7 @@ void ColorSquare::Draw() {
 }
 
 void ColorSquare::changeEvent(QEvent* event) {
-  if (event->type() == QEvent::PaletteChange) picture_hue_ = -1;  // hatched in the theme's colors
+  if (event->type() == QEvent::PaletteChange) picture_hue_ = -1;  // hatching has the theme's colors
   QWidget::changeEvent(event);
 }
 
@@ -164,7 +164,7 @@ void HueStrip::SetHue(double hue) {
 }
 
 void HueStrip::paintEvent(QPaintEvent*) {
-  constexpr double kUp = 0.75;  // so light that every hue looks like itself
+  constexpr double kUp = 0.75;  // light enough to recognize every hue
   QPainter painter(this);
   QLinearGradient hues(0, 0, width(), 0);
   constexpr int kStops = 24;
@@ -256,7 +256,7 @@ ColorPicker::ColorPicker(QWidget* parent) : QWidget(parent), color_(Qt::white) {
   ShowNumbers();
 }
 
-// The models and the pipette.
+// Builds the models and the eyedropper.
 void ColorPicker::BuildTop(QGridLayout* layout) {
   auto* row = new QHBoxLayout;
   row->setSpacing(3);
@@ -311,7 +311,7 @@ void ColorPicker::Place(const QColor& color) {
 }
 
 void ColorPicker::SetColor(const QColor& color) {
-  if (dragging_) return;  // the mouse knows better
+  if (dragging_) return;  // the drag has the newest color
   if (color.rgb() != color_.rgb() || !color_.isValid()) {
     color_ = QColor(color.rgb());
     Place(color_);
@@ -346,7 +346,7 @@ void ColorPicker::FromSquare(bool dragging) {
   color_ = QColor(NearestColor(ColorModels()[size_t(model_)], place).rgb());
   ShowNumbers();
   Changed(dragging);
-  // Where there is no color the mark lies at the one that was taken.
+  // If the place has no color, the mark moves to the color that was taken.
   if (!dragging && !ColorModels()[size_t(model_)].color(place).isValid()) Place(color_);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A color chosen live: an area at one hue, a strip of hues, the numbers, colors that were chosen
-// before, and a pipette. Every part can be worked with the keyboard: arrows move, Shift moves
-// further.
+// A widget to choose a color live: an area at one hue, a strip of hues, numbers, earlier colors,
+// and an eyedropper. All parts work with the keyboard: arrows move the mark, with Shift they move
+// it farther.
 #pragma once
 
 #include <QColor>
@@ -21,8 +21,8 @@ namespace retint {
 
 class SwatchRow;
 
-// The colors of one hue: see ColorModel for what lies to the right and upwards. Places without a
-// color are hatched.
+// The colors of one hue; ColorModel says which value is to the right, and which is up. Places
+// without a color are hatched.
 class ColorSquare : public QWidget {
   Q_OBJECT
 
@@ -35,7 +35,7 @@ class ColorSquare : public QWidget {
   QSize minimumSizeHint() const override { return {100, 80}; }
 
  Q_SIGNALS:
-  void dragged();   // by the user, still going on
+  void dragged();   // by the user, who still drags
   void released();  // by the user
 
  protected:
@@ -50,7 +50,7 @@ class ColorSquare : public QWidget {
   void TakeMouse(const QPointF& at);
   void Draw();
   const ColorModel* model_;
-  QImage picture_;  // of the hue, made when it is painted
+  QImage picture_;  // of the hue, made on demand
   double picture_hue_ = -1;
   ColorPlace place_;
 };
@@ -91,17 +91,17 @@ class ColorPicker : public QWidget {
   explicit ColorPicker(QWidget* parent = nullptr);
 
   QColor color() const { return color_; }
-  // Shows a color; says nothing. Hue and saturation stay where the color has none.
+  // Shows a color, without a signal. If it has no hue or saturation, these do not change.
   void SetColor(const QColor& color);
-  // As if the user had chosen it.
+  // Does as if the user had chosen it.
   void Choose(const QColor& color);
-  void SetCanPick(bool can);  // whether pickWanted() leads anywhere
+  void SetCanPick(bool can);  // whether the owner can answer pickWanted()
 
   ColorSquare& square() { return *square_; }
   HueStrip& hues() { return *hues_; }
 
  Q_SIGNALS:
-  // By the user; `dragging` while the mouse is down: more is to come.
+  // By the user. `dragging`: the mouse is down and more changes will follow.
   void changed(const QColor& color, bool dragging);
   void pickWanted();  // a color of the picture
 
@@ -125,7 +125,7 @@ class ColorPicker : public QWidget {
   QSpinBox* channels_[3];
   QLineEdit* text_;
   SwatchRow *recent_, *swatches_;
-  QTimer rest_;  // before a color that was chosen is one of the recent ones
+  QTimer rest_;  // before a chosen color becomes a recent one
 };
 
 }  // namespace retint

@@ -16,7 +16,7 @@ Drawer::Drawer(const QString& name, const QString& title, QWidget* content) {
   const bool open = QSettings().value(name, false).toBool();
   setChecked(open);
   setArrowType(open ? Qt::DownArrow : Qt::RightArrow);
-  if (!open) content->hide();  // shown, one without a parent would be a window
+  if (!open) content->hide();  // a shown widget without a parent would be a window
   connect(this, &QToolButton::toggled, content, [=, this](bool on) {
     QSettings().setValue(name, on);
     setArrowType(on ? Qt::DownArrow : Qt::RightArrow);

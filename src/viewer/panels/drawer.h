@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A line with an arrow that shows and hides what lies below it.
+// A line with an arrow that shows and hides the content below.
 #pragma once
 
 #include <QToolButton>
 
 namespace retint {
 
-// Closed at first; the settings remember it by `name`, which also names the button. Put both the
+// Closed at first. The settings remember it under `name`, which is also the button's name. Put the
 // drawer and `content` into a layout, one below the other.
 class Drawer : public QToolButton {
  public:

@@ -22,7 +22,7 @@ namespace {
 
 using Kind = ColorOperationKind;
 
-// "adjust.hue", and with an index where a parameter has several values.
+// "adjust.hue", with an index if a parameter has several values.
 QString NameOf(const ParameterView& view) {
   QString name = QStringLiteral("%1.%2").arg(TypeOf(view.kind).name, view.parameter);
   if (view.type().count > 1) name += QString::number(view.index);
@@ -79,7 +79,7 @@ void EditPage::AddRows(Kind kind) {
       if (!shown(view.kind)) return;
       ColorOperation operation = Operation(view.kind);
       view.Set(operation, view.Default());
-      // One that does nothing any more leaves the list.
+      // An operation without effect leaves the list.
       ColorOperation neutral = NewOperation(view.kind, base_);
       neutral.strength = operation.strength;
       if (view.kind != Kind::kRecolor && operation == neutral) {
@@ -231,7 +231,7 @@ void AdjustPage::ShowMore() {
   const ColorOperation whole = ColorOperation::Make(Kind::kAdjust);
   const bool ranged =
       !std::equal(operation.values.begin() + 3, operation.values.end(), whole.values.begin() + 3);
-  // Ticked by hand, it stays so as long as it is about the same edit.
+  // A box set by hand stays as long as the edit is of the same subject.
   const bool another = std::exchange(ranged_of_, subject_) != subject_;
   const QSignalBlocker quiet(ranged_);
   ranged_->setChecked(ranged || (ranged_->isChecked() && !another));
@@ -244,7 +244,7 @@ void AdjustPage::TakePicked(const QColor& color) {
   ColorOperation operation = Operation(Kind::kAdjust);
   const ColorOperation whole = ColorOperation::Make(Kind::kAdjust);
   std::copy(whole.values.begin() + 3, whole.values.end(), operation.values.begin() + 3);
-  if (place.across * kMostChroma < kGray) {  // of no hue
+  if (place.across * kMostChroma < kGray) {  // without a hue
     operation.Get("chromas")[1] = float(kGray);
   } else {
     const auto around = [&](double by) {

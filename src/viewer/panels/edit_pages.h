@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The modes in which an edit is made: a page each, which shows and changes the operations of its
-// kinds and knows nothing of the rest of the list.
+// The modes of editing, each with a page. A page shows and changes the operations of its kinds, and
+// does not know the rest of the list.
 #pragma once
 
 #include <cstdint>
@@ -36,43 +36,43 @@ class EditPage : public QWidget {
 
  public:
   using Kinds = std::vector<ColorOperationKind>;
-  // The operation of a kind that the page is about; null: the edit has none.
+  // The operation of a kind for the page to show; null: the edit has none.
   using Find = std::function<const ColorOperation*(ColorOperationKind kind)>;
 
   explicit EditPage(Kinds kinds);
   const Kinds& kinds() const { return kinds_; }
-  // Whether the page is about an operation of one of its kinds.
+  // Whether the page shows this operation of one of its kinds.
   virtual bool Shows(const ColorOperation& operation) const;
   void Show(const Find& find);
-  // Of a mode in which one color is chosen. Invalid: there is none to be chosen.
+  // For pages that choose one color. Invalid: there is no color to choose.
   virtual QColor color() const { return {}; }
   virtual void ChooseColor(const QColor& /*color*/, bool /*dragging*/) {}
-  // A color of the picture that the page itself has asked for.
+  // A color of the picture that the page has asked for.
   virtual void TakePicked(const QColor& /*color*/) {}
   void SetCanPick(bool can) { can_pick_ = can; }
-  // Whose edit shows, and the color that it has without one.
+  // The owner of the edit, and its color without an edit.
   void SetSubject(uint64_t subject, const QColor& base) { subject_ = subject, base_ = base; }
 
  Q_SIGNALS:
-  // By the user. The operation takes the place of the one that was shown, or is added. `dragging`:
-  // more is to come.
+  // By the user. The operation replaces the shown one, or is added. `dragging`: more changes will
+  // follow.
   void changed(const retint::ColorOperation& operation, bool dragging);
   void removed(retint::ColorOperationKind kind);
-  void colorChanged();  // color(), but nothing of the edit
-  void pickWanted();    // TakePicked() is to follow
+  void colorChanged();  // color() has changed, but not the edit
+  void pickWanted();    // TakePicked() should follow
 
  protected:
-  // The page's own parts besides rows and boxes.
+  // Shows the page's own parts, besides rows and boxes.
   virtual void ShowMore() {}
-  // Rows for the parameters of a kind, or a box for one that has none.
+  // Adds rows for the parameters of a kind; AddBox() adds a box for a kind without parameters.
   void AddRows(ColorOperationKind kind);
   void AddBox(ColorOperationKind kind, const QString& tip);
-  // The button of pickWanted().
+  // Makes the button that emits pickWanted().
   QToolButton* MakePick(const char* name, const QString& text, const QString& tip);
   const ColorOperation* shown(ColorOperationKind kind) const {
     return find_ ? find_(kind) : nullptr;
   }
-  // The operation that shows, else a new one.
+  // The shown operation, otherwise a new one.
   virtual ColorOperation Operation(ColorOperationKind kind) const;
   QVBoxLayout* rows() const { return layout_; }
 
@@ -133,7 +133,7 @@ class AdjustPage : public EditPage {
  private:
   void ShowRange();
   QCheckBox* ranged_;
-  uint64_t ranged_of_ = 0;  // the subject for which the box was ticked or not
+  uint64_t ranged_of_ = 0;  // the subject for which the box was set by hand
 };
 
 class GradePage : public EditPage {
@@ -147,7 +147,7 @@ class GradePage : public EditPage {
   void ShowMore() override;
 
  private:
-  QLabel* note_;  // on the white balance that was found last, while it is that
+  QLabel* note_;  // about the last white balance found, while it is the current one
   GrayBalance balance_;
 };
 
@@ -158,7 +158,7 @@ class TonePage : public EditPage {
  public:
   explicit TonePage(Tone::Kind kind);
   bool Shows(const ColorOperation& operation) const override;
-  // Of what comes into the step, see LumaHistogram().
+  // Of the colors before this step, see LumaHistogram().
   void SetHistogram(const std::vector<float>& bins);
 
  protected:
@@ -186,7 +186,7 @@ class LutPage : public EditPage {
   LutPage();
   ~LutPage() override;
   bool Shows(const ColorOperation& operation) const override;
-  // Asks which file. `another`: its table is to be added to those that the edit has.
+  // Asks for a file. `another`: adds its table to those of the edit.
   void Choose(bool another);
 
  Q_SIGNALS:
@@ -196,7 +196,7 @@ class LutPage : public EditPage {
   void ShowMore() override;
 
  private:
-  // In the background; changed() or added(), or what is wrong with it.
+  // Reads in the background; then changed() or added(), or shows the problem.
   void Read(const QString& path, bool another);
   QLabel *name_, *problem_;
   QPushButton* open_;
@@ -228,11 +228,11 @@ class PalettePage : public EditPage {
   PalettePage();
   QColor color() const override;
   void ChooseColor(const QColor& color, bool dragging) override;
-  // What measureWanted() asked for: kPalette of colors that stay.
+  // The answer to measureWanted(): a kPalette of unchanged colors.
   void TakeMeasured(const ColorOperation& palette);
 
  Q_SIGNALS:
-  // The main colors of the region are to be measured, which changes nothing of the edit.
+  // Asks to measure the region's main colors, which does not change the edit.
   void measureWanted(int count);
 
  protected:
@@ -247,16 +247,16 @@ class PalettePage : public EditPage {
   QToolButton *stay_, *measure_;
   QWidget* pairs_;
   QLabel* note_;
-  std::vector<QToolButton*> buttons_;  // one a pair
+  std::vector<QToolButton*> buttons_;  // one for each pair
   size_t current_ = 0;
-  int asked_ = 0;  // main colors; 0: nothing was asked yet
+  int asked_ = 0;  // number of main colors; 0: not asked yet
   uint64_t asked_of_ = 0;
   bool waits_ = false;  // for TakeMeasured()
-  // As long as the edit has no palette; none: not measured yet.
+  // While the edit has no palette; none: not measured yet.
   std::optional<ColorOperation> measured_;
 };
 
-// Paint on views from another program.
+// Views that another program painted.
 class PicturePage : public EditPage {
   Q_OBJECT
 
@@ -275,7 +275,7 @@ class PicturePage : public EditPage {
   QPushButton* split_;
 };
 
-// Of an operation that no mode is for.
+// For an operation without a mode.
 class MatrixPage : public EditPage {
   Q_OBJECT
 

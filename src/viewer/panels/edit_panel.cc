@@ -30,13 +30,13 @@ namespace {
 using Kind = ColorOperationKind;
 
 enum Column { kName, kStrength, kColumns };
-constexpr int kRows = 3;  // that show without scrolling
+constexpr int kRows = 3;  // visible without scrolling
 
 void ForgetMeasured(ColorEdit& edit, size_t from) {
   for (size_t i = from; i < edit.operations.size(); ++i) ForgetMeasured(edit.operations[i]);
 }
 
-// As wide as the widest page and as high as the one that shows, at the width that it has.
+// As wide as the widest page, and as high as the current page at its width.
 class PageLayout : public QStackedLayout {
  public:
   bool hasHeightForWidth() const override { return true; }
@@ -177,12 +177,12 @@ void EditPanel::BuildPages() {
   AddPage("tint", tr("Tint"), tr("Multiply the colors, as the ReCoGS paper does"), new TintPage);
   QMenu* more = add_->menu()->addMenu(tr("More"));
   FillMore(more);
-  // For lists from elsewhere: no entry of the menu leads there.
+  // For operations from elsewhere: the menu has no entry for it.
   AddPage("matrix", tr("Matrix"), tr("Any affine map of the colors"), new MatrixPage);
   modes_->actions().back()->setVisible(false);
   connect(modes_, &QActionGroup::triggered, this, [this](const QAction* action) {
     SetMode(int(modes_->actions().indexOf(action)));
-    asked_of_ = 0;  // the region may have grown since its pixels were measured
+    asked_of_ = 0;  // the region may be larger than when its pixels were measured
     row_ = RowOfPage();
     ShowAll();
   });
@@ -204,11 +204,11 @@ void EditPanel::AddPage(const char* name, const QString& text, const QString& ti
   });
 }
 
-// Every operation as it is: a second one of its kind too.
+// An entry for each operation, even if the edit already has one of its kind.
 void EditPanel::FillMore(QMenu* menu) {
   menu->setObjectName("operation_more");
   for (const ColorOperationType& type : ColorOperationTypes()) {
-    if (type.kind == Kind::kPicture) continue;  // comes from elsewhere
+    if (type.kind == Kind::kPicture) continue;  // does not come from here
     QAction* action =
         menu->addAction(OperationTitle(type.kind), this, [this, kind = type.kind] { Add(kind); });
     action->setObjectName(type.name);
@@ -219,7 +219,7 @@ QWidget* EditPanel::ColorControl() const {
   return page()->color().isValid() ? static_cast<QWidget*>(&picker_->square()) : list_;
 }
 
-// --- What shows ----------------------------------------------------------------------------------
+// --- Showing -------------------------------------------------------------------------------------
 
 EditPage* EditPanel::page() const { return static_cast<EditPage*>(pages_->currentWidget()); }
 
@@ -260,7 +260,7 @@ void EditPanel::Show(uint64_t subject, const ColorEdit& edit, const QColor& base
     SetMode(count > 0 ? ModeOf(edit_.operations.back()) : 0);
   } else {
     row_ = std::min(row_, count - 1);
-    // A step that came back, or from elsewhere, to the page that shows it.
+    // If a step came back, or from elsewhere, choose the page that shows it.
     if (row_ < 0 && count > old_count) row_ = RowOfPage();
   }
   for (int i = 0; i < pages_->count(); ++i) {
@@ -289,14 +289,14 @@ void EditPanel::ShowList() {
     item->setCheckState(kName, operations[i].strength > 0 ? Qt::Checked : Qt::Unchecked);
     item->setText(kStrength, tr("%1 %").arg(qRound(operations[i].strength * 100)));
     item->setTextAlignment(kStrength, Qt::AlignRight | Qt::AlignVCenter);
-    // Set anew, even the same flags would reset the text of an editor that is open.
+    // Setting even the same flags would reset the text of an open editor.
     const Qt::ItemFlags flags = Qt::ItemIsEnabled | Qt::ItemIsSelectable | Qt::ItemIsEditable |
                                 Qt::ItemIsUserCheckable | Qt::ItemNeverHasChildren;
     if (item->flags() != flags) item->setFlags(flags);
   }
   list_->setCurrentItem(row_ >= 0 ? list_->topLevelItem(row_) : nullptr);
   filling_ = false;
-  // As high whatever it holds, so that nothing below it moves.
+  // A constant height, so that nothing below moves.
   const int row = LayerHeight(*list_);
   list_->setFixedHeight(kRows * row + 2 * list_->frameWidth());
   const int count = int(operations.size());
@@ -318,7 +318,7 @@ void EditPanel::ShowPage() {
   ShowHistogram();
 }
 
-// Of what the steps before leave.
+// The histogram of the colors after the earlier steps.
 void EditPanel::ShowHistogram() {
   auto* tone = qobject_cast<TonePage*>(page());
   if (!tone || subject_ == 0) return;
@@ -332,7 +332,7 @@ void EditPanel::ShowHistogram() {
   before.strength = 1;
   if (row >= 0) before.operations.resize(size_t(row));
   std::vector<float> pixels = pixels_;
-  // The main color of a step before comes soon, and shows anew.
+  // The main color of an earlier step comes soon, and shows the histogram again.
   if (!before.NeedsMainColor()) CompiledEdit(before).ApplyToAll(pixels);
   tone->SetHistogram(LumaHistogram(pixels));
 }
@@ -360,7 +360,7 @@ void EditPanel::SetRow(int row) {
   ShowAll();
 }
 
-// --- What the user does --------------------------------------------------------------------------
+// --- Input ---------------------------------------------------------------------------------------
 
 bool EditPanel::Send(ColorEdit edit, bool dragging) {
   try {
@@ -394,7 +394,7 @@ void EditPanel::Add(Kind kind) {
 void EditPanel::Insert(const ColorOperation& operation, bool dragging) {
   ColorEdit edit = edit_;
   auto at = edit.operations.end();
-  // Colors are drawn into the range at last.
+  // The soft clip of colors stays the last step.
   if (operation.kind != Kind::kSoftClip) {
     while (at != edit.operations.begin() && std::prev(at)->kind == Kind::kSoftClip) --at;
   }
@@ -409,13 +409,13 @@ void EditPanel::Insert(const ColorOperation& operation, bool dragging) {
   ShowAll();
 }
 
-// A page's operation: in the place of the one that it showed, else new.
+// Takes an operation from a page: replaces the shown one, or adds it.
 void EditPanel::Take(const ColorOperation& operation, bool dragging) {
   const int index = IndexOf(operation.kind, ModeOf(operation));
   if (index < 0) return Insert(operation, dragging);
   ColorEdit edit = edit_;
   edit.operations[size_t(index)] = operation;
-  // While it is dragged, what follows keeps what was measured: measuring takes its time.
+  // During a drag, later steps keep their measured colors, because measuring takes too long.
   if (!dragging) ForgetMeasured(edit, size_t(index) + 1);
   row_ = index;
   Send(std::move(edit), dragging);
@@ -430,7 +430,7 @@ void EditPanel::RemoveRow(int row) {
   Send(std::move(edit), false);
 }
 
-// The page stays. Another operation that it shows is the one at hand then.
+// The page stays, and chooses another operation that it shows.
 void EditPanel::RemoveFromPage(Kind kind) {
   RemoveRow(IndexOf(kind, mode_));
   row_ = RowOfPage();
@@ -450,7 +450,7 @@ void EditPanel::MoveRow(int from, int to) {
   Send(std::move(edit), false);
 }
 
-// Off is a strength of 0; on again, the operation has the strength that it had.
+// Off means a strength of 0. Switched on again, the operation gets its old strength.
 void EditPanel::OnItemChanged(QTreeWidgetItem* item, int column) {
   if (filling_) return;
   const int row = list_->indexOfTopLevelItem(item);
@@ -469,7 +469,7 @@ void EditPanel::OnItemChanged(QTreeWidgetItem* item, int column) {
   Send(std::move(edit), false);
 }
 
-// As it was typed: "40" or "40 %".
+// Takes typed text: "40" or "40 %".
 void EditPanel::SetStrength(int row, const QString& percent) {
   bool is_number = false;
   const double value = QString(percent).remove('%').trimmed().toDouble(&is_number);

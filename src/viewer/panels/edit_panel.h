@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The editor of one edit: the list of its steps, and the page of the one that is chosen. It
-// knows nothing of regions: an edit comes in, and what the user makes of it goes out.
+// The editor of one edit: the list of its steps, and the page of the chosen one. It does not know
+// regions: it gets an edit, and emits the user's changes.
 #pragma once
 
 #include <cstdint>
@@ -34,30 +34,30 @@ class EditPanel : public QWidget {
  public:
   explicit EditPanel(QWidget* parent = nullptr);
 
-  // Shows the edit of `subject` (a region; another one begins in the mode of its last operation).
+  // Shows the edit of `subject`, a region. A new subject starts in the mode of its last operation.
   // `base` is its color without an edit.
   void Show(uint64_t subject, const ColorEdit& edit, const QColor& base);
   const ColorEdit& edit() const { return edit_; }
-  // Where the keyboard goes to choose a color: the square of the page's color, else the steps.
+  // The widget with the keyboard focus to choose a color: the page's color square, else the steps.
   QWidget* ColorControl() const;
   RowTree& list() { return *list_; }
-  // The color of the picture that pickWanted() asked for.
+  // The answer to pickWanted(): a color of the picture.
   void TakePicked(const QColor& color);
-  void SetCanPick(bool can);  // whether pickWanted() leads anywhere
+  void SetCanPick(bool can);  // whether the owner can answer pickWanted()
   void TakePalette(const ColorOperation& palette);
-  // [P, 3]: what pixelsWanted() asked for.
+  // [P, 3]: the answer to pixelsWanted().
   void TakePixels(uint64_t subject, const std::vector<float>& pixels);
 
  Q_SIGNALS:
-  // By the user; it is valid. `dragging`: more is to come.
+  // By the user; the edit is valid. `dragging`: more changes will follow.
   void edited(const retint::ColorEdit& edit, bool dragging);
   void pickWanted();
-  // The view that shows, or its photo, is to be edited in another program.
+  // The user wants to edit the shown view, or its photo, in another program.
   void elsewhereWanted(bool photo);
-  // Pixels of the region as it is without its edit are wanted, for TakePixels().
+  // Asks for pixels of the region without its edit, for TakePixels().
   void pixelsWanted();
-  void splitWanted();  // of the Gaussians that take paint
-  // The main colors that the steps before `before` leave are wanted, for TakePalette().
+  void splitWanted();  // of the Gaussians with paint
+  // Asks for the main colors after the steps before `before`, for TakePalette().
   void paletteWanted(int count, int before);
 
  private:
@@ -72,9 +72,9 @@ class EditPanel : public QWidget {
   void SetRow(int row);
   void ShowHistogram();
   int ModeOf(const ColorOperation& operation) const;
-  // In the list, of a page: the one at hand, else the first. -1: none.
+  // The operation of a page in the list: the chosen one, else the first. -1: none.
   int IndexOf(ColorOperationKind kind, int mode) const;
-  int RowOfPage() const;  // the first operation that the page shows, -1: none
+  int RowOfPage() const;  // the first operation of the page, -1: none
   EditPage* page() const;
   void Add(ColorOperationKind kind);
   void Insert(const ColorOperation& operation, bool dragging);
@@ -92,12 +92,12 @@ class EditPanel : public QWidget {
   uint64_t subject_ = 0;
   QColor base_;
   ColorEdit edit_;
-  int row_ = -1;  // of the list; -1: none
+  int row_ = -1;  // in the list; -1: none
   int mode_ = 0;
   bool filling_ = false, pick_for_page_ = false;
   std::vector<float> pixels_;              // [P, 3], of pixels_of_
   uint64_t pixels_of_ = 0, asked_of_ = 0;  // subjects
-  std::map<int, float> strengths_;         // of operations that are off, by row
+  std::map<int, float> strengths_;         // of disabled operations, by row
   RowTree* list_;
   QWidget* list_box_;
   QToolButton *add_, *remove_, *copy_, *paste_;

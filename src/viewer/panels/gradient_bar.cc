@@ -58,13 +58,13 @@ void GradientBar::AddStop(double at) {
   ColorOperation gradient;
   gradient.kind = ColorOperationKind::kGradient;
   gradient.values = stops_;
-  // A gray of that lightness shows its color in the gradient.
+  // The color of the gradient for a gray of that lightness.
   const QColor here = Edited({{gradient}, 1}, GrayOf(at));
   size_t next = 0;
   while (next < count() && double(stops_[4 * next]) < at) ++next;
   const double low = next == 0 ? -kGap : double(stops_[4 * next - 4]);
   const double high = next == count() ? 1 + kGap : double(stops_[4 * next]);
-  if (high - low < 2 * kGap) return;  // no room between
+  if (high - low < 2 * kGap) return;  // no room in between
   const auto place = float(std::clamp(at, low + kGap, high - kGap));
   const float stop[4] = {place, here.redF(), here.greenF(), here.blueF()};
   stops_.insert(stops_.begin() + std::ptrdiff_t(4 * next), stop, stop + 4);
@@ -91,7 +91,7 @@ void GradientBar::RemoveStop() {
   Q_EMIT changed(false);
 }
 
-// Between its neighbors.
+// Moves the current stop, at most to its neighbors.
 void GradientBar::MoveTo(double place) {
   const double low = current_ == 0 ? 0 : double(stops_[4 * current_ - 4]) + kGap;
   const double high = current_ + 1 == count() ? 1 : double(stops_[4 * current_ + 4]) - kGap;

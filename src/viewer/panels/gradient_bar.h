@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The stops of a gradient on a bar from black to white: drag a stop, double-click to add one, Del
-// takes the current one away; arrows move it; Page Up and Page Down go to the next.
+// The stops of a gradient on a bar from black to white. Drag a stop, double-click to add one. Del
+// removes the current stop, arrows move it, Page Up and Page Down choose the next.
 #pragma once
 
 #include <vector>
@@ -21,11 +21,11 @@ class GradientBar : public QWidget {
   const std::vector<float>& stops() const { return stops_; }
   size_t current() const { return current_; }
   QColor color() const;  // of the current stop
-  // As if the user had done it.
+  // Does as if the user had done it.
   void SetColor(const QColor& color, bool dragging);
-  void AddStop(double at);  // of the color that is there
-  void RemoveStop();        // the current one, where more than two are left
-  void Reverse();           // the same stop stays current; says nothing
+  void AddStop(double at);  // with the color at that place
+  void RemoveStop();        // the current one, if more than two are left
+  void Reverse();           // keeps the current stop; without a signal
   bool CanAdd() const;
   bool CanRemove() const { return stops_.size() > 8; }
 

@@ -9,7 +9,7 @@
 #include <QTextBrowser>
 #include <QVBoxLayout>
 
-// You must ask for a resource of a static library, outside any namespace.
+// Qt requires this for resources of a static library, outside any namespace.
 static void LoadGuide() { Q_INIT_RESOURCE(guide); }
 
 namespace retint {
@@ -23,7 +23,7 @@ QString GuideText() {
   return file.open(QIODevice::ReadOnly) ? QString::fromUtf8(file.readAll()) : QString();
 }
 
-// Without pictures, and without links: the other pages are not here.
+// Without pictures and links: the guide has no other pages.
 QString Readable(QString text) {
   static const QRegularExpression kPicture("!\\[[^\\]]*\\]\\([^)]*\\)"),
       kLink("\\[([^\\]]*)\\]\\([^)]*\\)");
@@ -33,7 +33,7 @@ QString Readable(QString text) {
 void GoTo(QTextBrowser* page, const QString& section) {
   for (QTextBlock block = page->document()->begin(); block.isValid(); block = block.next()) {
     if (block.blockFormat().headingLevel() == 0 || block.text() != section) continue;
-    page->moveCursor(QTextCursor::End);  // so that the heading comes to the top
+    page->moveCursor(QTextCursor::End);  // scrolls the heading to the top
     page->setTextCursor(QTextCursor(block));
     return;
   }

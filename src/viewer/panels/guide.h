@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The editor's guide (docs/viewer.md), which the program carries along.
+// The editor's guide (docs/viewer.md), which is part of the program.
 #pragma once
 
 #include <QToolButton>
 
 namespace retint {
 
-// A "?" that opens the guide where it has the heading `section`.
+// A "?" button that opens the guide at the heading `section`.
 QToolButton* MakeGuideButton(const QString& section);
 
-// Every heading of the guide.
+// All headings of the guide.
 QStringList GuideSections();
 
 }  // namespace retint

@@ -18,11 +18,11 @@ void JumpSlider::mousePressEvent(QMouseEvent* event) {
   if (part(QStyle::SC_SliderHandle).contains(at)) return QSlider::mousePressEvent(event);
   const QRect groove = part(QStyle::SC_SliderGroove);
   const int handle = part(QStyle::SC_SliderHandle).width();
-  setSliderDown(true);  // what comes is a drag, of which this is the first step
+  setSliderDown(true);  // the press starts a drag, of which this is the first step
   setSliderPosition(QStyle::sliderValueFromPosition(minimum(), maximum(),
                                                     at.x() - groove.x() - handle / 2,
                                                     groove.width() - handle, option.upsideDown));
-  // Taken at its middle, the handle stays below the mouse.
+  // Pressed at its middle, the handle stays under the mouse.
   const QPointF held = part(QStyle::SC_SliderHandle).center();
   QMouseEvent press(event->type(), held, mapToGlobal(held), event->button(), event->buttons(),
                     event->modifiers());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A slider that goes where it is pressed, and follows from there.
+// A slider that jumps to a click, and follows the mouse from there.
 #pragma once
 
 #include <QSlider>

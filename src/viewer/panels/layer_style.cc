@@ -25,7 +25,7 @@ void PaintEye(QPainter& painter, const QRectF& box, bool open) {
   }
 }
 
-// A frame with an S, filled where it is on.
+// A frame with an S, filled if it is on.
 void PaintSolo(QPainter& painter, const QRectF& box, const QColor& below, bool on) {
   if (on) painter.setBrush(painter.pen().color());
   painter.drawRoundedRect(box, 3, 3);
@@ -59,7 +59,7 @@ void LayerStyle::drawPrimitive(PrimitiveElement element, const QStyleOption* opt
   const auto group = option->state & State_Active ? QPalette::Active : QPalette::Inactive;
   QColor ink = colors.color(group, chosen ? QPalette::HighlightedText : QPalette::Text);
   const QColor below = colors.color(group, chosen ? QPalette::Highlight : QPalette::Base);
-  constexpr double kOff = 0.55;  // so faint
+  constexpr double kOff = 0.55;  // opacity of a box that is off
   if (!on) ink.setAlphaF(float(kOff));
   const double side = std::min(option->rect.width(), option->rect.height());
   QRectF box(0, 0, side, side);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How a list of layers draws its check boxes: an eye in the first column, an S in others.
+// Check boxes in a list of layers: an eye in the first column, an S in others.
 #pragma once
 
 #include <QProxyStyle>
 
 namespace retint {
 
-// Of a row, pixels; also while there is none.
+// The height of a row in pixels, even if the list is empty.
 int LayerHeight(const QWidget& list);
 
 class LayerStyle : public QProxyStyle {

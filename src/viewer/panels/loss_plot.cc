@@ -46,7 +46,7 @@ void LossPlot::paintEvent(QPaintEvent*) {
   const int text = std::max(
       {metrics.horizontalAdvance(Short(*most)), metrics.horizontalAdvance(Short(*least)), 24});
   const QRectF area = QRectF(rect()).adjusted(text + 12, 8, -10, -metrics.height() - 8);
-  // From zero, unless all that happens happens far above it.
+  // From 0, unless all values are far above it.
   const double low = *least > 0.5 * *most ? *least : 0.0;
   const double span = std::max(*most - low, 1e-30);
   const double last = std::max<double>(1, double(losses_.size()) - 1);

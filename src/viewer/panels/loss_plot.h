@@ -13,7 +13,7 @@ class LossPlot : public QWidget {
 
  public:
   explicit LossPlot(QWidget* parent = nullptr);
-  // Values that are not finite leave a gap. `per_point` steps lie between two values.
+  // Values that are not finite leave a gap. `per_point`: number of steps between two values.
   void SetLosses(std::vector<double> losses, int per_point = 1);
   const std::vector<double>& losses() const { return losses_; }
   QSize sizeHint() const override { return {260, 130}; }

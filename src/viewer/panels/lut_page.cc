@@ -67,7 +67,7 @@ void LutPage::Read(const QString& path, bool another) {
     }
     Post(this, [this, table, problem, another, subject] {
       open_->setEnabled(true);
-      if (subject != subject_) return;  // another region was chosen meanwhile
+      if (subject != subject_) return;  // the user has chosen another region
       problem_->setText(Breakable(problem));
       problem_->setVisible(!problem.isEmpty());
       if (!table) return;

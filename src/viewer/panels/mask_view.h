@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The current region's selection laid over the canvas. It is computed for the camera that rests,
-// and hidden while the camera moves.
+// An overlay of the current region's selection on the canvas. It is computed when the camera rests,
+// and hidden while it moves.
 #pragma once
 
 #include <QImage>
@@ -21,12 +21,12 @@ class MaskView : public QWidget {
   Q_OBJECT
 
  public:
-  // A child of the window's canvas that lets the mouse through.
+  // A child of the window's canvas that ignores the mouse.
   MaskView(SceneController* controller, Canvas* canvas, CurrentRegion* current);
 
   void SetShown(bool shown);
   bool shown() const { return shown_; }
-  // The overlay is there, of this camera and region.
+  // Whether the overlay is complete, for this camera and region.
   bool IsReady() const { return shown_ && !picture_.isNull(); }
 
  Q_SIGNALS:
@@ -45,9 +45,9 @@ class MaskView : public QWidget {
   Canvas* canvas_;
   CurrentRegion* current_;
   bool shown_ = false;
-  RegionId asked_ = 0;                         // 0: nothing is under way
-  std::shared_ptr<const RegionSelection> of_;  // of the last request
-  PosedCamera camera_;                         // of picture_ or of what was asked for
+  RegionId asked_ = 0;                         // 0: no request
+  std::shared_ptr<const RegionSelection> of_;  // of the newest request
+  PosedCamera camera_;                         // of picture_, or of the newest request
   QImage picture_;                             // ARGB, the mask's size; null: none
   QTimer rest_;
 };

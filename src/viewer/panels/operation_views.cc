@@ -182,7 +182,7 @@ ColorOperation NewOperation(Kind kind, const QColor& color) {
 }
 
 void ForgetMeasured(ColorOperation& op) {
-  if (op.kind == Kind::kRecolor && op.IsSet("brightest")) {  // else it was named
+  if (op.kind == Kind::kRecolor && op.IsSet("brightest")) {  // unset: the user named the color
     std::ranges::fill(op.Get("from"), kUnset);
     op.Get("brightest")[0] = kUnset;
   }

@@ -29,13 +29,13 @@ using State = BackgroundOptimizer::State;
 
 constexpr int kAdamStepsPerLoss = 50;  // RefitSummary::losses
 
-// Of the region at hand, percent; -1: it ends when it converges.
+// Of the current region, in percent; -1: it ends when it converges.
 int PercentOf(const OptimizerStatus& status, const RefitOptions& options) {
   const bool adam = options.solver == Solver::kAdam;
   const int most = adam ? options.adam.iterations / kAdamStepsPerLoss : options.mm.iterations;
   if (most <= 0) return -1;
   const int done = std::max(int(status.losses.size()) - 1, 0);
-  return std::min(100 * done / most, 99);  // the last step is not the end yet
+  return std::min(100 * done / most, 99);  // after the last step there is more work
 }
 
 QString StateText(const OptimizerStatus& status, const QString& region, int percent) {
@@ -44,7 +44,7 @@ QString StateText(const OptimizerStatus& status, const QString& region, int perc
     case State::kIdle:
       return OptimizerPanel::tr("Nothing to refine");
     case State::kRunning:
-      // The targets of every view come first, which takes a while.
+      // It first computes the targets of all views, which takes a while.
       if (status.steps == 0) return OptimizerPanel::tr("Preparing %1…").arg(region);
       return OptimizerPanel::tr("Refining %1…").arg(region) + far;
     case State::kPaused:
@@ -109,7 +109,7 @@ void OptimizerPanel::BuildLine(QHBoxLayout* line) {
   line->addWidget(MakeGuideButton("Recolor an object"));
 }
 
-// What the drawer holds.
+// The contents of the drawer.
 QWidget* OptimizerPanel::MakeDetails() {
   speed_ = new QLabel;
   speed_->setObjectName("optimizer_speed");
@@ -169,7 +169,7 @@ void OptimizerPanel::Connect() {
           [this](RegionId id, const QualityReport& report) {
             ShowQuality(id, report, tr("from %1 views, for %2; Measure uses all views"));
           });
-  // What has been fitted is measured, on few views.
+  // After a fit, its quality is measured on a few views.
   connect(&controller_->colors(), &SceneColors::optimizerChanged, this, [this] {
     const State state = controller_->colors().optimizer().state;
     const bool active = controller_->colors().optimizer().Active();
@@ -236,7 +236,7 @@ void OptimizerPanel::ShowStatus() {
   }
   speed_->setText(speed);
   const bool adam = controller_->colors().refit_job().options.solver == Solver::kAdam;
-  // At rest, those of the fit that the current region shows.
+  // Without a running fit, those of the current region's fit.
   const Region* current = controller_->regions().Find(current_->id());
   const bool fitted = !status.Active() && current && current->fit;
   const std::vector<double>& losses = fitted ? current->fit->summary.losses : status.losses;
@@ -258,7 +258,7 @@ void OptimizerPanel::ShowLine(const OptimizerStatus& status) {
   const QString text = runs ? QStringLiteral("❚❚") : QStringLiteral("▶");
   if (toggle_->text() != text) {
     toggle_->setText(text);
-    toggle_->setShortcut(QKeySequence(tr("Alt+P")));  // a new text drops it
+    toggle_->setShortcut(QKeySequence(tr("Alt+P")));  // setting the text removed it
   }
   toggle_->setEnabled(!controller_->regions().regions.empty());
   stop_->setVisible(status.Active());
@@ -290,7 +290,7 @@ void OptimizerPanel::ForgetQuality() {
 
 void OptimizerPanel::ShowQuality(RegionId id, const QualityReport& report, const QString& over) {
   const Region* region = controller_->regions().Find(id);
-  if (!region) return;  // deleted meanwhile
+  if (!region) return;  // deleted in the meantime
   measured_id_ = id;
   measured_edit_ = controller_->results().EditKey(id);
   const QualityNumbers& numbers = report.train;

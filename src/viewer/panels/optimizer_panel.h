@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The background optimizer: a line that says how far it is, and a drawer of figures and options.
+// The background optimizer: a line with its progress, and a drawer with figures and options.
 #pragma once
 
 #include <string>
@@ -41,7 +41,7 @@ class OptimizerPanel : public QWidget {
   QWidget* MakeDetails();
   void BuildOptions();
   void Connect();
-  void ShowAfresh();  // of another scene
+  void ShowAfresh();  // shows another scene
   void ShowStatus();
   void ShowLine(const OptimizerStatus& status);
   void ShowJob();
@@ -60,8 +60,8 @@ class OptimizerPanel : public QWidget {
   QPushButton *reset_, *measure_;
   OptionForm* options_;
   QCheckBox* automatic_;
-  RegionId measured_id_ = 0;   // whose quality shows; 0: none
-  std::string measured_edit_;  // SceneResults::EditKey() then
+  RegionId measured_id_ = 0;   // of the quality that is shown; 0: none
+  std::string measured_edit_;  // SceneResults::EditKey() at that time
   bool was_active_ = false;
 };
 

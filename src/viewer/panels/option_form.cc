@@ -18,7 +18,7 @@ namespace retint {
 namespace {
 
 constexpr int kDecimals = 6;
-constexpr double kMost = 1e9;  // in place of a range's missing end
+constexpr double kMost = 1e9;  // replaces a range's missing end
 
 QString Text(const std::string& text) { return QString::fromStdString(text); }
 
@@ -34,7 +34,7 @@ QString LabelOf(const Option& option) {
   return option.unit.empty() ? label : label + ", " + Text(option.unit);
 }
 
-// A choice as people see it.
+// A choice in words for the user.
 QString ChoiceText(const std::string& name) {
   return name == "mm" ? OptionForm::tr("block sweeps") : Text(name);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A form for options that are described (base/option.h): a row for each that the command line
-// offers too. Rows that do not matter at the current choices are hidden.
+// A form for described options (base/option.h): one row for each option that the command line has.
+// It hides rows without effect at the current choices.
 #pragma once
 
 #include <string>
@@ -18,14 +18,14 @@ class OptionForm : public QWidget {
   Q_OBJECT
 
  public:
-  // Options of the names in `without` get no row: the owner shows them in its own way.
+  // Options in `without` get no row: the owner shows them itself.
   explicit OptionForm(std::vector<std::string> without = {}, QWidget* parent = nullptr);
-  // Shows the values; the first call makes the rows. Later lists are of the same options.
+  // Shows the values. The first call makes the rows; later lists must have the same options.
   void Show(const OptionList& list);
-  QFormLayout* form() const { return form_; }  // for rows of the owner's below these
+  QFormLayout* form() const { return form_; }  // for more rows of the owner, below these
 
  Q_SIGNALS:
-  // By the user: the option at this place of the list wants this value, which may be refused.
+  // By the user: the option at this index of the list should get this value. It may be refused.
   void edited(size_t index, const retint::OptionValue& value);
 
  private:
@@ -34,7 +34,7 @@ class OptionForm : public QWidget {
 
   std::vector<std::string> without_;
   QFormLayout* form_;
-  std::vector<QWidget*> controls_;  // one an option; null: it has no row
+  std::vector<QWidget*> controls_;  // one per option; null: no row
 };
 
 }  // namespace retint

@@ -22,7 +22,7 @@ using Kind = ColorOperationKind;
 
 constexpr QSize kPair(36, 18);
 
-// Its color to the left, its new color to the right.
+// Its color on the left, its new color on the right.
 QIcon PairIcon(const QColor& from, const QColor& to, const QPalette& palette) {
   QPixmap picture(kPair);
   QPainter painter(&picture);
@@ -72,7 +72,7 @@ PalettePage::PalettePage() : EditPage({Kind::kPalette}) {
     std::fill_n(operation.values.begin() + std::ptrdiff_t(current_ * kPairValues + 3), 3, kUnset);
     Q_EMIT changed(operation, false);
   });
-  // As many as were asked for: of another selection there may be more.
+  // As many as last time: another selection may have more colors.
   connect(measure_, &QToolButton::clicked, this,
           [this] { Ask(std::max(asked_, count_->value())); });
 }
@@ -93,7 +93,7 @@ void PalettePage::TakeMeasured(const ColorOperation& palette) {
     ShowMore();
     return Q_EMIT colorChanged();
   }
-  // What the most frequent ones become stays.
+  // The most frequent colors keep their new colors.
   ColorOperation operation = palette;
   operation.strength = old->strength;
   const size_t both = std::min(operation.values.size(), old->values.size());
@@ -104,7 +104,7 @@ void PalettePage::TakeMeasured(const ColorOperation& palette) {
   Q_EMIT changed(operation, false);
 }
 
-// The edit's palette, else what was measured for one.
+// The edit's palette, otherwise the one that was measured.
 ColorOperation PalettePage::Drawn() const {
   return !shown(Kind::kPalette) && measured_ ? *measured_ : Operation(Kind::kPalette);
 }

@@ -37,7 +37,7 @@ ParameterRow::ParameterRow(const QString& name, const QString& label, const Rang
   slider_->setSingleStep(std::max(1, int(std::lround(share * kSteps))));
   box_ = new QDoubleSpinBox;
   box_->setObjectName(name);
-  // A digit more than a step: the slider stops between them.
+  // One digit more than a step has, because the slider stops between steps.
   box_->setDecimals(range.step >= 1 ? 0 : DecimalsOf(range.step));
   box_->setRange(range.min, range.max);
   box_->setSingleStep(range.step);
@@ -81,7 +81,7 @@ ParameterRow::ParameterRow(const QString& name, const QString& label, const Rang
     Q_EMIT changed(value, false);
   });
   connect(reset_, &QToolButton::clicked, this, [this] {
-    // There is nothing more to reset: the focus would go on to the next row.
+    // The button becomes disabled: without this, the focus would go to the next row.
     if (reset_->hasFocus()) slider_->setFocus();
     Q_EMIT reset();
   });
@@ -92,7 +92,7 @@ double ParameterRow::value() const { return box_->value(); }
 
 void ParameterRow::SetValue(double value) {
   const QSignalBlocker quiet_slider(slider_), quiet_box(box_);
-  // Set anew, even the same number would take away what is being typed.
+  // Setting even the same number would delete the text that the user types.
   if (!Shows(value)) box_->setValue(value);
   if (!slider_->isSliderDown()) slider_->setValue(ToSlider(value));
   ShowReset();
@@ -112,7 +112,7 @@ bool ParameterRow::eventFilter(QObject*, QEvent* event) {
       const bool ends = event->type() == QEvent::MouseButtonRelease;
       const int by = int(std::lround(mouse->position().x() - scrub_x_));
       const int to = std::clamp(scrub_from_ + by, 0, kSteps);
-      // A click changes nothing: the value may lie between the slider's steps.
+      // A click changes nothing, even if the value lies between the slider's steps.
       const bool moves = to != ToSlider(value());
       if (moves) SetValue(FromSlider(to));
       if (moves || (ends && to != scrub_from_)) Q_EMIT changed(value(), !ends);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How good an edit is: before and after side by side, what lies over the picture, the report in
-// figures, and how well the selection's depth met the sparse points.
+// The quality of an edit: before and after side by side, overlays on the picture, the report's
+// figures, and how well the selection's depth fits the sparse points.
 #pragma once
 
 #include <memory>
@@ -35,7 +35,7 @@ class QualityPanel : public QWidget {
   void SetMaskShown(bool shown);
 
  Q_SIGNALS:
-  void maskShown(bool shown);  // or is not any more
+  void maskShown(bool shown);  // the mask is shown or hidden
 
  private:
   void BuildSwitches(QVBoxLayout* layout);
@@ -55,9 +55,9 @@ class QualityPanel : public QWidget {
   QPushButton* measure_;
   QTableWidget *report_, *worst_, *registration_;
   QLabel *of_, *registration_of_;
-  RegionId measured_ = 0;                         // whose report shows; 0: none
-  std::string measured_edit_;                     // SceneResults::EditKey() then
-  std::shared_ptr<const RegionSelection> shown_;  // whose registration shows
+  RegionId measured_ = 0;                         // of the report that is shown; 0: none
+  std::string measured_edit_;                     // SceneResults::EditKey() at that time
+  std::shared_ptr<const RegionSelection> shown_;  // of the registration that is shown
 };
 
 }  // namespace retint

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The list of regions and the commands for them. The first of the list is applied first.
+// The list of regions and its commands. The first region is applied first.
 #pragma once
 
 #include <optional>
@@ -38,17 +38,17 @@ class RegionsPanel : public QWidget {
   RowTree& list() { return *list_; }
   EditPanel& edit() { return *edit_; }
   QSlider& strength() { return *strength_; }
-  // Finds the main color of the current region if it has no edit yet: the first color that is
-  // dragged then shows at once.
+  // Measures the main color of the current region if it has no edit yet. Then the first color that
+  // the user drags shows at once.
   void MeasureAhead();
-  // In selection mode no color can be picked, and nothing else be painted.
+  // Selection mode forbids picking a color and painting another region.
   void SetSelecting(bool selecting);
 
  Q_SIGNALS:
   void paintWanted(retint::RegionId id);  // 0: a new region
   void elsewhereWanted(bool photo);       // see EditPanel
   void splitWanted();                     // see EditPanel
-  void masksWanted();                     // of the current region, to be saved
+  void masksWanted();                     // asks to save masks of the current region
 
  private:
   void BuildButtons();
@@ -79,17 +79,17 @@ class RegionsPanel : public QWidget {
   EditPanel* edit_;
   QSlider* strength_;
   QSpinBox* percent_;
-  QLabel* title_;  // whose edit shows
-  int drags_ = 0;  // names a drag for the history
+  QLabel* title_;  // of the shown edit
+  int drags_ = 0;  // gives each drag a name in the history
   bool filling_ = false, selecting_ = false;
-  // The newest edit, while the main color of the one before it is being measured.
+  // The newest edit, while the worker measures the main color for the one before.
   struct Waiting {
     RegionId region;
     ColorEdit edit;
     std::string key;
   };
   std::optional<Waiting> waiting_;
-  // Of a region without an edit: a recolor whose main color was measured.
+  // For a region without an edit: a recolor with a measured main color.
   struct Ahead {
     RegionId region;
     ColorOperation recolor;

@@ -40,7 +40,7 @@ RowTree::RowTree(QWidget* parent) : QTreeWidget(parent) {
 }
 
 bool RowTree::event(QEvent* event) {
-  // Keys that mean something else to the window are the list's while it has the focus.
+  // While the list has the focus, its keys win over the window's shortcuts.
   if (event->type() == QEvent::ShortcutOverride && IsListKey(*static_cast<QKeyEvent*>(event))) {
     event->accept();
     return true;

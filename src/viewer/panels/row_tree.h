@@ -6,7 +6,7 @@
 
 namespace retint {
 
-// Rows that are dragged to another place; the keys of a list of things.
+// Rows that the user can drag to another place, with keys for list commands.
 class RowTree : public QTreeWidget {
   Q_OBJECT
 
@@ -14,7 +14,7 @@ class RowTree : public QTreeWidget {
   explicit RowTree(QWidget* parent = nullptr);
 
  Q_SIGNALS:
-  void rowMoved(int from, int to);  // to its place in the list without it
+  void rowMoved(int from, int to);  // `to`: index in the list without the row
   void deletePressed();
   void duplicatePressed();
   void renamePressed();

@@ -47,7 +47,7 @@ double MeanError(const Reconstruction& reconstruction) {
   return count > 0 ? sum / double(count) : -1;
 }
 
-// Breaks its text anywhere where a line is full: a path has no spaces.
+// Wraps text anywhere at the end of a line, because a path has no spaces.
 class WrappedValue : public QStyledItemDelegate {
  public:
   explicit WrappedValue(QTreeWidget* tree) : QStyledItemDelegate(tree), tree_(tree) {
@@ -95,7 +95,7 @@ ScenePanel::ScenePanel(SceneController* controller) : controller_(controller) {
   facts_->setItemDelegateForColumn(1, new WrappedValue(facts_));
   facts_->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
   facts_->header()->setSectionResizeMode(0, QHeaderView::ResizeToContents);
-  // As wide as there is room: a last section that stretches keeps 100 pixels and scrolls.
+  // As wide as possible: a stretched last section would keep 100 pixels and scroll.
   facts_->header()->setStretchLastSection(false);
   facts_->header()->setSectionResizeMode(1, QHeaderView::Stretch);
   auto* copy = new QShortcut(QKeySequence::Copy, facts_);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The open scene: files, cameras, points, Gaussians, and their likely faults.
+// The open scene: files, cameras, points, Gaussians, and probable faults.
 #pragma once
 
 #include <string>

@@ -44,7 +44,7 @@ Settings OfPreset(const std::string& name) {
   return {preset.select, preset.projector};
 }
 
-// The newest computation's findings in a painted view.
+// The newest results in a painted view.
 QString ReportText(const PaintedReport& report) {
   QString text = SelectionPanel::tr("%1: depth of %2 % of the pixels, %3 points")
                      .arg(QString::fromStdString(report.view))
@@ -101,7 +101,7 @@ SelectionPanel::SelectionPanel(SceneController* controller, SelectionMode* mode,
   result_ = new QLabel;
   result_->setObjectName("selection_result");
   result_->setWordWrap(true);
-  form_ = new OptionForm({"projector", "completion"});  // reach_ stands for both
+  form_ = new OptionForm({"projector", "completion"});  // reach_ replaces both
   form_->setObjectName("selection_options");
   details_ = new QLabel;
   details_->setObjectName("selection_details");
@@ -198,7 +198,7 @@ void SelectionPanel::ShowRegion() {
                        : tr("%1 selected, from your paint on %2 views").arg(count).arg(views));
 }
 
-// Of a selection that was not made since the scene was opened, what showed counts as its options.
+// For a selection from before the scene was opened, the shown options count as its own.
 void SelectionPanel::SetOptions(const Options& options) {
   if (const Region* region = current_->region()) {
     made_with_.try_emplace(region->selection->id,
@@ -208,7 +208,7 @@ void SelectionPanel::SetOptions(const Options& options) {
   mode_->SetProjectorOptions(options.project);
 }
 
-// Undo and redo bring a selection back, and with it the options that it was made with.
+// Undo and redo restore a selection together with its options.
 void SelectionPanel::ComeBack(const RegionSelection& selection) {
   const auto found = made_with_.find(selection.id);
   if (found == made_with_.end()) return;
@@ -234,7 +234,7 @@ void SelectionPanel::TakeOption(size_t index, const OptionValue& value) {
   Changed();
 }
 
-// A preset is of the whole method: the optimizer's options are part of it.
+// A preset is for the whole method, including the optimizer's options.
 void SelectionPanel::TakePreset(int index) {
   const std::string name = preset_->itemData(index).toString().toStdString();
   if (name.empty()) return ShowOptions();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How paint becomes a selection: the depth method, the cloud, registration and masks, and presets
-// of them. While "live" is on, a change selects the current region again, and its points show.
+// How paint becomes a selection: depth method, cloud, registration and masks, with presets. While
+// "live" is on, a change selects the current region again, and shows its points.
 #pragma once
 
 #include <map>
@@ -52,7 +52,7 @@ class SelectionPanel : public QWidget {
   void SelectAgain(RegionId id);
 
   SceneController* controller_;
-  SelectionMode* mode_;  // holds the options, for its next Accept()
+  SelectionMode* mode_;  // holds the options for its next Accept()
   Canvas* canvas_;
   CurrentRegion* current_;
   QComboBox *preset_, *reach_;
@@ -60,11 +60,11 @@ class SelectionPanel : public QWidget {
   QPushButton* again_;
   QLabel *result_, *details_;
   OptionForm* form_;
-  std::shared_ptr<const RegionSelection> shown_;  // what result_ is about
-  RegionId shown_of_ = 0;                         // whose that is
-  std::map<uint64_t, Options> made_with_;         // by selection, as far as is known
-  QTimer rest_;              // of the options, before the region is selected again
-  RegionId changed_of_ = 0;  // for which region they were changed
+  std::shared_ptr<const RegionSelection> shown_;  // selection that result_ describes
+  RegionId shown_of_ = 0;                         // its region
+  std::map<uint64_t, Options> made_with_;         // by selection, if known
+  QTimer rest_;                                   // waits for more changes before selecting again
+  RegionId changed_of_ = 0;                       // region for which the options were changed
 };
 
 }  // namespace retint

@@ -22,7 +22,7 @@ constexpr size_t kSampled = 4096;  // Gaussians
 
 QString Tr(const char* text) { return QCoreApplication::translate("ExportFormats", text); }
 
-// From the whole of the list, whose ends may differ.
+// Samples the whole list, because its ends may differ.
 GaussianModel Sample(const GaussianModel& model) {
   const size_t all = model.NumGaussians(), count = std::min(kSampled, all);
   GaussianModel sample;
@@ -41,7 +41,7 @@ GaussianModel Sample(const GaussianModel& model) {
   return sample;
 }
 
-// Bytes; 0 where it cannot be told.
+// In bytes; 0 if unknown.
 double SizeOf(const GaussianModel& sample, const std::string& extension) {
   try {
     const TemporaryFolder folder;
@@ -51,7 +51,7 @@ double SizeOf(const GaussianModel& sample, const std::string& extension) {
       if (entry.is_regular_file()) bytes += double(entry.file_size());
     }
     return bytes;
-  } catch (const std::exception&) {  // as where there is no room for the sample
+  } catch (const std::exception&) {  // for example no room for the sample
     return 0;
   }
 }
@@ -66,7 +66,7 @@ std::vector<ExportFormat> ExportFormats(const GaussianModel& model) {
     if (!format.writable) continue;
     for (const std::string_view extension : format.extensions) {
       const bool is_levels = IsStreamedSog(fs::path(extension)) && IsStreamedSog(model);
-      // Others are the name of a file of several.
+      // Other formats are named by one of several files.
       if (!extension.starts_with('.') && !is_levels) continue;
       const double bytes = scale * SizeOf(sample, std::string(extension));
       const QString ending = QString::fromUtf8(extension.data(), qsizetype(extension.size()));
@@ -95,7 +95,7 @@ QString NamedForExport(const QString& path, const QString& chosen,
   }
   const QString suffix = QFileInfo(path).suffix();
   static const QRegularExpression kEnding("^[A-Za-z][A-Za-z0-9]*$");
-  if (kEnding.match(suffix).hasMatch()) {  // "garden.2" has none
+  if (kEnding.match(suffix).hasMatch()) {  // "garden.2" has no extension
     *problem = Tr("Splats cannot be written as .%1. End the name in one of %2, or leave the ending "
                   "out.")
                    .arg(suffix, endings.join(", "));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The formats in which a splat can be exported, as the dialog that asks for a file lists them.
+// The formats for exporting a splat, as a file dialog lists them.
 #pragma once
 
 #include <string>
@@ -15,11 +15,11 @@ struct ExportFormat {
   QString extension;  // ".ply"
   QString filter;     // of a file dialog: "3DGS .ply, about 12 MB (*.ply)"
 };
-// A size is found by writing a part of the Gaussians, which takes a moment.
+// Estimates sizes by writing a part of the Gaussians, which takes a moment.
 std::vector<ExportFormat> ExportFormats(const GaussianModel& model);
 
-// `path` with an extension: its own, else that of `chosen`, of ExportFormats(). Empty where its
-// own is of no format; `problem` says so.
+// `path` with an extension: its own, otherwise that of `chosen`, one of ExportFormats(). Empty if
+// its own is not a format; then `problem` says so.
 QString NamedForExport(const QString& path, const QString& chosen,
                        const std::vector<ExportFormat>& formats, QString* problem);
 

@@ -43,7 +43,7 @@ SwatchRow::SwatchRow(const QString& title, const QString& key, Form form, QWidge
     if (color.isValid()) colors_.push_back(color);
   }
   Build();
-  // A line, also while there is nothing in it: what lies below does not move.
+  // One line high even if it is empty, so that nothing below moves.
   setMinimumHeight(cells_.front()->sizeHint().height());
   Show();
 }
@@ -57,7 +57,7 @@ QToolButton* SwatchRow::AddButton() {
   return button;
 }
 
-// All buttons at once: one that came later would be the last that Tab goes to, and one that went
+// Makes all buttons at once. A later button would be the last in the Tab order, and a removed one
 // would take the focus along.
 void SwatchRow::Build() {
   const bool kept = form_ == Form::kKept;
@@ -117,7 +117,7 @@ void SwatchRow::Save() const {
 }
 
 void SwatchRow::changeEvent(QEvent* event) {
-  if (event->type() == QEvent::PaletteChange) Show();  // framed in the theme's colors
+  if (event->type() == QEvent::PaletteChange) Show();  // the frame has the theme's colors
   QWidget::changeEvent(event);
 }
 

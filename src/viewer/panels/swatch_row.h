@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A row of colors that are kept in the settings: those chosen last, or those the user keeps.
+// A row of colors in the settings: the last chosen ones, or those that the user keeps.
 #pragma once
 
 #include <vector>
@@ -16,11 +16,11 @@ class SwatchRow : public QWidget {
   Q_OBJECT
 
  public:
-  // Recent colors come and go by themselves, the newest first. Kept ones are added at the end and
-  // taken away by the user.
+  // Recent colors come and go automatically, the newest first. The user adds kept colors at the
+  // end, and removes them.
   enum class Form { kRecent, kKept };
 
-  // `key`: where the settings hold them.
+  // `key`: the place in the settings.
   SwatchRow(const QString& title, const QString& key, Form form, QWidget* parent = nullptr);
   void Add(const QColor& color);
   const std::vector<QColor>& colors() const { return colors_; }
@@ -46,7 +46,7 @@ class SwatchRow : public QWidget {
   const Form form_;
   QLabel* title_;
   std::vector<QColor> colors_;
-  std::vector<QToolButton*> cells_;  // one for each color that there may be
+  std::vector<QToolButton*> cells_;  // one for each possible color
   QToolButton* plus_ = nullptr;      // of kKept
 };
 

@@ -14,8 +14,8 @@
 namespace retint {
 namespace {
 
-constexpr double kMargin = 6;    // pixels about the frame, for points on its border
-constexpr double kStrip = 14;    // below it, of the handles of levels
+constexpr double kMargin = 6;    // pixels around the frame, for points on its border
+constexpr double kStrip = 14;    // below the frame, for the handles of levels
 constexpr double kGrab = 9;      // pixels from a point
 constexpr double kRadius = 4.5;  // of a point
 constexpr double kStep = 0.01, kFarStep = 0.1;
@@ -194,7 +194,7 @@ void ToneGraph::PaintHistogram(QPainter& painter) const {
   QPainterPath path(frame.bottomLeft());
   const double width = frame.width() / double(bins_.size());
   for (size_t i = 0; i < bins_.size(); ++i) {
-    // The root shows rare colors too.
+    // The square root shows rare colors too.
     const double y = frame.bottom() - std::sqrt(double(bins_[i])) * frame.height();
     path.lineTo(frame.left() + double(i) * width, y);
     path.lineTo(frame.left() + double(i + 1) * width, y);

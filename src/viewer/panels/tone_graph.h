@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Curves or levels to drag, before the histogram of the region. Curves: click to add a point, drag
-// it, Del or a double-click takes it away. Levels: three handles below. Arrows move the current
-// point, Shift further; Page Up and Page Down go to the next.
+// Curves or levels in front of the region's histogram. Curves: click to add a point, drag it, press
+// Del or double-click to remove it. Levels have three handles below. Arrows move the current point,
+// with Shift farther. Page Up and Page Down choose the next.
 #pragma once
 
 #include <QWidget>
@@ -18,14 +18,14 @@ class ToneGraph : public QWidget {
 
   const Tone& tone() const { return tone_; }
   void SetTone(const Tone& tone);
-  void SetHistogram(std::vector<float> bins);  // each in [0, 1]; empty: not known
+  void SetHistogram(std::vector<float> bins);  // each in [0, 1]; empty: unknown
   bool HasHistogram() const { return !bins_.empty(); }
   size_t current() const { return current_; }
   bool CanRemove() const;  // the current point
-  void AddPoint();         // in the widest gap, by the user
+  void AddPoint();         // by the user, in the widest gap
   void RemovePoint();
 
-  QPointF PlaceOf(TonePoint point) const;  // in the widget, of a point of the tone
+  QPointF PlaceOf(TonePoint point) const;  // place of a point of the tone, in the widget
   QSize sizeHint() const override { return {180, 150}; }
   QSize minimumSizeHint() const override { return {120, 110}; }
 
@@ -47,7 +47,7 @@ class ToneGraph : public QWidget {
   TonePoint PointAt(QPointF place) const;
   int Nearest(QPointF place, double within) const;  // -1: none
   void SetCurrent(size_t point);
-  bool Insert(TonePoint point);  // false: no room for it
+  bool Insert(TonePoint point);  // false: there is no room
   void MoveCurrent(TonePoint to, bool dragging);
   void PaintHistogram(QPainter& painter) const;
   void PaintHandles(QPainter& painter) const;
@@ -55,7 +55,7 @@ class ToneGraph : public QWidget {
   Tone tone_;
   std::vector<float> bins_;
   size_t current_ = 0;
-  bool dragging_ = false, moved_ = false;  // moved_: while it was dragged
+  bool dragging_ = false, moved_ = false;  // moved_: during this drag
 };
 
 }  // namespace retint

@@ -97,7 +97,7 @@ void TonePage::SetHistogram(const std::vector<float>& bins) { graph_->SetHistogr
 
 void TonePage::Send(const Tone& tone, bool dragging) {
   const ColorOperation* old = shown(ColorOperationKind::kLut);
-  // One that does nothing any more leaves the list.
+  // An operation without effect leaves the list.
   if (old && tone.kind == Tone::Kind::kLevels && tone.IsNeutral() && !dragging) {
     return Q_EMIT removed(ColorOperationKind::kLut);
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The region that panels, tools and shortcuts mean. One that comes back takes its place again, and
-// when it is deleted its neighbor does.
+// The region for panels, tools and shortcuts. If it is deleted, its neighbor replaces it; if it
+// comes back, it is current again.
 #pragma once
 
 #include <vector>
@@ -19,7 +19,7 @@ class CurrentRegion : public QObject {
 
   RegionId id() const { return id_; }  // 0: none
   const Region* region() const;        // null: none
-  // One that there is not counts as none.
+  // A region that does not exist counts as none.
   void Set(RegionId id);
 
  Q_SIGNALS:
@@ -30,7 +30,7 @@ class CurrentRegion : public QObject {
 
   SceneController* controller_;
   RegionId id_ = 0;
-  std::vector<RegionId> known_;  // the regions before the newest change, in their order
+  std::vector<RegionId> known_;  // regions before the newest change, in order
 };
 
 }  // namespace retint

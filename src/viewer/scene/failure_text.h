@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What an exception says to the user.
+// The text of an exception, for the user.
 #pragma once
 
 #include <exception>
@@ -11,8 +11,8 @@
 
 namespace retint {
 
-// One line. The memory of a device has a message of its own, which says how much is free; the
-// program's own memory has none.
+// One line. If a device is out of memory, the exception's own text says how much is free; for the
+// program's own memory, there is no such text.
 inline QString FailureText(const std::exception& failure) {
   const bool plain = std::string_view(failure.what()) == std::bad_alloc().what();
   return plain ? QCoreApplication::translate("retint", "out of memory")

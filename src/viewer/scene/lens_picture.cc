@@ -18,7 +18,7 @@ namespace {
 
 constexpr size_t kKept = 6;
 
-// The four pixels about a position of a picture, and their weights.
+// The four pixels around a position in a picture, and their weights.
 struct Corners {
   std::array<size_t, 4> pixels;
   std::array<float, 4> weights;
@@ -76,7 +76,8 @@ void LensPicture::FindTaps() const {
         width_, height_, kTolerance, find, [&](int x, int y, const Eigen::Vector2d& at) {
           const bool inside = at.x() >= 0 && at.y() >= 0 && at.x() <= face.camera.width &&
                               at.y() <= face.camera.height;
-          // The only face holds its border for what lies beyond; of several, another shows it.
+          // A single face covers rays beyond it by its border. If there are several, another face
+          // shows them.
           if (!single && !inside) return;
           float* out = &xy[2 * (size_t(y) * size_t(width_) + size_t(x))];
           out[0] = float(at.x()), out[1] = float(at.y());
@@ -107,9 +108,9 @@ void LensPicture::FindTaps() const {
   });
 }
 
-// Calls write(index of the pixel, sums) for each pixel that has a ray, with the sums, from `start`
-// on, of what `read(face, index of its pixel)` is about where the pixel looks. `sizes` are those of
-// the faces' pictures.
+// For each pixel with a ray, calls write(index of the pixel, sums). The sums are the weighted
+// values of read(face, index of its pixel) around the place where the pixel looks, plus `start`.
+// `sizes` are those of the faces' pictures.
 template <size_t kChannels, typename Read, typename Write>
 void LensPicture::ForPixels(const std::vector<std::array<int, 2>>& sizes, float start,
                             const Read& read, const Write& write) const {

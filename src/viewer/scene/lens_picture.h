@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The picture of a distorted camera, on the screen: made from those of the pinhole views that show
-// its photo, which can be rendered.
+// The picture of a distorted camera on the screen. It is composed of pictures of the pinhole views
+// of its photo, which can be rendered.
 #pragma once
 
 #include <array>
@@ -21,24 +21,24 @@ namespace retint {
 
 class LensPicture {
  public:
-  // Of `width` x `height` pixels, at most 65535 a side. Where its pixels look is found when it is
-  // first needed; any thread may ask.
+  // `width` x `height` pixels, at most 65535 per side. The rays of the pixels are found on first
+  // use, on any thread.
   LensPicture(std::shared_ptr<const Undistortion> lens, int width, int height);
   bool IsOf(const Undistortion* lens, int width, int height) const;
 
-  // What to render, of the photo that was taken there: the lens's faces, as large as the picture
-  // has use for.
+  // The cameras to render for a photo with this pose: the lens's faces, at the size that the
+  // picture can use.
   std::vector<PosedCamera> Faces(const Rigid3d& photo_from_world) const;
-  // The picture of theirs, which may have been rendered at another scale: bilinear, faces that
-  // overlap fade into each other (FaceWeight), 0 and black where no ray leads.
+  // Composes the picture from those of the faces, at any scale: bilinear, with overlapping faces
+  // blended (FaceWeight). Pixels without a ray are 0 and black.
   QImage Bent(const std::vector<QImage>& faces) const;  // RGB32
   Mask Bent(const std::vector<Mask>& faces) const;
   Image Bent(const std::vector<Image>& faces) const;
 
  private:
-  // What a pixel of one row takes from a face. The weights of a pixel add up to 1.
+  // A sample of a face for a pixel of one row. The weights of a pixel add up to 1.
   struct Tap {
-    float x, y, weight;  // x, y: in the pixels of the lens's face
+    float x, y, weight;  // x, y: pixels of the lens's face
     uint16_t column, face;
   };
 
@@ -55,8 +55,8 @@ class LensPicture {
   mutable std::vector<std::vector<Tap>> rows_;  // by column, then by face
 };
 
-// The picture of `camera`: what `draw` makes of it or, where it is shown through a lens (null: it
-// is not), of the lens's faces, bent together.
+// The picture of `camera`, made by `draw`. With a lens, it draws the lens's faces and composes the
+// picture from them; null: no lens.
 template <typename Draw>
 auto DrawThrough(const LensPicture* lens, const PosedCamera& camera, const Draw& draw) {
   using Picture = std::decay_t<std::invoke_result_t<const Draw&, const PosedCamera&>>;
@@ -66,7 +66,7 @@ auto DrawThrough(const LensPicture* lens, const PosedCamera& camera, const Draw&
   return lens->Bent(faces);
 }
 
-// The few newest of them.
+// Keeps the newest few.
 class LensPictures {
  public:
   std::shared_ptr<const LensPicture> Get(const std::shared_ptr<const Undistortion>& lens, int width,

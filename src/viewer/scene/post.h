@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Hands work to the thread that a QObject lives on, or to a pool. Qt's queues are not built for the
-// thread sanitizer, which therefore cannot see that what was written before the hand-over may be
-// read after it: in such a build it is told. Races of the work itself are still found.
+// Passes work to the thread of a QObject, or to a pool. The thread sanitizer does not know Qt's
+// queues, and would report reads of data that was written before the hand-over. A build with it
+// gets this information here. It still finds races of the work itself.
 #pragma once
 
 #include <utility>
@@ -29,7 +29,7 @@ template <typename Work>
 class Handed {
  public:
   explicit Handed(Work work) : work_(std::move(work)) {}
-  // The last copy or move is that into the queue.
+  // The last copy or move puts the work into the queue.
   Handed(const Handed& other) : work_(other.work_) { Release(); }
   Handed(Handed&& other) noexcept : work_(std::move(other.work_)) { Release(); }
   ~Handed() { Acquire(); }
@@ -45,7 +45,7 @@ class Handed {
 
 }  // namespace post_detail
 
-// `work` runs on the thread of `to`, from its event loop; never, when `to` is gone by then.
+// Runs `work` on the thread of `to`, from its event loop; never if `to` no longer exists.
 template <typename Work>
 void Post(QObject* to, Work work) {
   post_detail::Handed<Work> handed(std::move(work));
@@ -58,7 +58,7 @@ void PostToPool(QThreadPool& pool, Work work, int priority = 0) {
   pool.start(std::move(handed), priority);
 }
 
-// After QThreadPool::waitForDone(): what the jobs wrote may be read.
+// After QThreadPool::waitForDone(): allows reading the results of the jobs.
 inline void PoolIsDone() { post_detail::Acquire(); }
 
 }  // namespace retint

@@ -13,7 +13,7 @@ namespace {
 using OptimizerState = BackgroundOptimizer::State;
 
 constexpr int kPollMs = 40;      // of the optimizer's snapshots
-constexpr int kRestartMs = 300;  // of quiet after an edit before the optimizer starts
+constexpr int kRestartMs = 300;  // without edits, before the optimizer starts
 
 bool NeedsFit(const RegionSet& regions, const RefitJob& job) {
   for (size_t i = 0; i < regions.regions.size(); ++i) {
@@ -38,8 +38,8 @@ SceneColors::SceneColors(SceneController* scene) : QObject(scene), scene_(*scene
       if (session_ && !sh)
         Q_EMIT scene_.failed(tr("Recoloring"), QString::fromStdString(result.failure));
       if (!sh) return;
-      // An older one still is nearer to what is wanted than what shows, unless the optimizer
-      // has been faster.
+      // An older result is still closer to the edit than the shown colors, unless the optimizer was
+      // faster.
       if (!session_ || sh->size() != original_->size()) return;
       const bool overtaken = refit_generation_ == generation_ && snapshot_ && scene_.solo() == 0 &&
                              optimizer_.Active();
@@ -88,7 +88,7 @@ RegionSet SceneColors::Shown() const {
   return shown;
 }
 
-// Of the fit that would be up to date for everything that shows; empty when nothing does.
+// The key of a fit for all shown regions; empty if none is shown.
 std::string SceneColors::KeyOfShown() const {
   const RegionSet shown = Shown();
   for (size_t i = shown.regions.size(); i-- > 0;) {
@@ -97,7 +97,7 @@ std::string SceneColors::KeyOfShown() const {
   return {};
 }
 
-// Composes anew, and has the optimizer follow, when what shows has changed.
+// If the shown colors change, composes them again, and makes the optimizer follow.
 void SceneColors::Refresh() {
   const std::string key = KeyOfShown();
   if (key == shown_key_) return;
@@ -105,7 +105,7 @@ void SceneColors::Refresh() {
   ++generation_;
   Compose();
   if (scene_.solo() != 0) return;
-  // What the optimizer is at is out of date, and its cores are wanted for the picture.
+  // The current fit is out of date, and the picture needs its cores.
   if (optimizer_.Active()) CancelRefit();
   if (automatic_ && NeedsFit(scene_.regions(), job_)) restart_.start();
 }
@@ -116,7 +116,7 @@ void SceneColors::Compose() {
   if (shown_key_.empty()) return SetSh(original_);
   const RegionSet shown = Shown();
   for (const Region& region : shown.regions) {
-    // The worker measures it; what shows stays until then.
+    // The worker is measuring it. Until then, the colors do not change.
     if (region.visible && region.edit.NeedsMainColor()) return;
   }
   composer_->Compose({facts->original, facts->backend, shown, started_job_, generation_});
@@ -164,7 +164,7 @@ void SceneColors::StartRefit() {
         optimizer_ = {};
         optimizer_.state = OptimizerState::kRunning;
         if (generation != generation_) {
-          // Edited while the job waited for its turn.
+          // The edit has changed while the job was waiting.
           session_->refits().optimizer().Cancel();
           if (automatic_) restart_.start();
         }
@@ -205,7 +205,7 @@ void SceneColors::PollOptimizer() {
     optimizer_.region = newest->region;
     if (newest->region != 0) {
       optimizer_.losses = newest->losses;
-    } else if (!newest->fits.empty()) {  // all done: a quick fit may not have been seen on its way
+    } else if (!newest->fits.empty()) {  // all done; a quick fit may have been missed
       optimizer_.losses = newest->fits.rbegin()->second->summary.losses;
     }
     if (refit_generation_ == generation_ && scene_.solo() == 0 && !shown_key_.empty())

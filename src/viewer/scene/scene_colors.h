@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The colors on screen, and the background optimizer that improves them. Colors are composed on a
-// thread of their own; the optimizer has the session's. All calls and signals are on the GUI
+// thread of their own, the optimizer has the session's thread. All calls and signals are on the GUI
 // thread.
 #pragma once
 
@@ -20,12 +20,12 @@ namespace retint {
 class SceneController;
 class ShComposer;
 
-// A scene's coefficients, [N, K, 3]; immutable, shared by everyone who shows them.
+// A scene's coefficients, [N, K, 3]: immutable, and shared with all that show them.
 using ShPointer = std::shared_ptr<const FloatArray>;
-// The Gaussians where a scene's coefficients may differ from the original's; null: anywhere.
+// Gaussians whose coefficients may differ from the original's; null: all may.
 using ActivePointer = std::shared_ptr<const std::vector<int32_t>>;
 
-// Of a region whose color was not chosen yet, or was taken back to white.
+// True for a region without a chosen color, or with one that was set back to white.
 inline bool ChangesNothing(const ColorEdit& edit) {
   if (!edit.IsAffine() || edit.HasPaint()) return false;
   const auto [gain, offset] = edit.Affine();
@@ -34,10 +34,10 @@ inline bool ChangesNothing(const ColorEdit& edit) {
 
 struct OptimizerStatus {
   BackgroundOptimizer::State state = BackgroundOptimizer::State::kIdle;
-  RegionId region = 0;         // being fitted, 0: none
-  int steps = 0;               // of the job so far
-  double seconds = 0;          // since the job started, pauses left out
-  std::vector<double> losses;  // of the region at hand
+  RegionId region = 0;         // the fitted region, 0: none
+  int steps = 0;               // of the current job
+  double seconds = 0;          // since the start of the job, without pauses
+  std::vector<double> losses;  // of the current region
   std::string error;           // why it failed
   bool Active() const {
     return state == BackgroundOptimizer::State::kRunning ||
@@ -52,21 +52,21 @@ class SceneColors : public QObject {
   explicit SceneColors(SceneController* scene);
   ~SceneColors() override;  // cancels the optimizer
 
-  // For the controller: a scene was opened, or will be closed, and what shows may have changed.
+  // For the controller: a scene was opened, or will be closed; the shown colors may have changed.
   void Begin(std::shared_ptr<EditSession> session);
   void End();
   void Refresh();
   void Compose();
 
-  // The newest of closed form, fits and the optimizer's snapshot; the original's before any edit.
+  // The newest of closed form, fits and the optimizer's snapshot. Before any edit, the original's.
   ShPointer sh() const { return sh_; }
   ActivePointer sh_active() const { return sh_active_; }
   ShPointer original_sh() const { return original_; }
   uint64_t sh_version() const { return sh_version_; }
-  // No region shows: sh() is the original.
+  // No region is shown: sh() is the original.
   bool ShowsOriginal() const { return sh_ == original_; }
 
-  // Of the next start. With `automatic` on (the default) it starts by itself after each edit.
+  // For the next start. If `automatic` is on (the default), each edit starts the optimizer.
   void SetRefitJob(const RefitJob& job);
   const RefitJob& refit_job() const { return job_; }
   void SetAutomaticRefit(bool automatic);
@@ -89,20 +89,20 @@ class SceneColors : public QObject {
   std::string KeyOfShown() const;
 
   SceneController& scene_;
-  // Used here only for its optimizer, whose calls any thread may make.
+  // Only its optimizer is used here; any thread may call that.
   std::shared_ptr<EditSession> session_;
   ShPointer original_, sh_;
   ActivePointer sh_active_;
   uint64_t sh_version_ = 0;
-  std::string shown_key_;    // of what sh_ shows or will show
+  std::string shown_key_;    // of the colors that sh_ has or will have
   uint64_t generation_ = 0;  // counts changes of shown_key_
   RefitJob job_, started_job_;
   bool automatic_ = true;
-  uint64_t refit_generation_ = 0, refit_number_ = 0;  // of the job that runs
+  uint64_t refit_generation_ = 0, refit_number_ = 0;  // of the current job
   std::shared_ptr<const ShSnapshot> snapshot_;
   OptimizerStatus optimizer_;
   QTimer poll_, restart_;
-  std::unique_ptr<ShComposer> composer_;  // last: its thread calls into the rest
+  std::unique_ptr<ShComposer> composer_;  // last: its thread calls into the other members
 };
 
 }  // namespace retint

@@ -16,11 +16,11 @@
 namespace retint {
 namespace {
 
-constexpr int kReleaseMs = 1000;  // after a scene closes, when nobody reads it any more
+constexpr int kReleaseMs = 1000;  // after a scene was closed and nobody reads it
 
 QString Text(const std::string& text) { return QString::fromStdString(text); }
 
-// What a task is at, for people.
+// The name of a stage, for the user.
 QString StageText(const std::string& stage) {
   static const std::map<std::string, const char*> kTexts = {
       {"align", QT_TRANSLATE_NOOP("retint::SceneController", "aligning with the cameras")},
@@ -186,7 +186,7 @@ void SceneController::OpenDone(const std::shared_ptr<EditSession>& session, doub
   auto facts = std::make_shared<SceneFacts>();
   facts->request = {session->scene().workspace().root, session->scene().splat_path(),
                     session->scene().options()};
-  // Aliases: the session lives as long as anyone reads these.
+  // Aliases: the session lives as long as one of these pointers.
   facts->workspace = {session, &session->scene().workspace()};
   facts->original = {session, &session->scene().original()};
   facts->backend = session->scene().renderer().shared_backend();
@@ -197,7 +197,7 @@ void SceneController::OpenDone(const std::shared_ptr<EditSession>& session, doub
   facts->warnings = session->warnings();
   facts->load_seconds = seconds;
   facts_ = facts;
-  // A restored session has regions already; no task of the worker's touches it yet.
+  // A restored session already has regions. No task of the worker uses it yet.
   regions_ = session->store().regions();
   colors_->Begin(session);
   Q_EMIT opened();
@@ -209,7 +209,8 @@ void SceneController::OpenDone(const std::shared_ptr<EditSession>& session, doub
 void SceneController::Retire() {
   colors_->End();
   if (session_) {
-    // Joined on the worker, where it may take its time. Tasks before may have started it anew.
+    // The worker joins the optimizer, which may take long. An earlier task may have started it
+    // again.
     worker_->Post({{},
                    [session = session_](Monitor&) {
                      session->refits().optimizer().Cancel();
@@ -266,7 +267,7 @@ std::shared_ptr<Monitor> SceneController::Queue(const QString& label, Work work,
 }
 
 void SceneController::TaskDone(const Outcome& outcome) {
-  if (outcome.session != session_) return;  // closed meanwhile
+  if (outcome.session != session_) return;  // closed in the meantime
   Apply(outcome.state);
   if (outcome.error) {
     ReportFailure(outcome);
@@ -313,7 +314,7 @@ SceneController::TaskId SceneController::SelectRound(Round round,
         const auto base = region ? region->selection : nullptr;
         RegionSelection selection = session.selection().SelectRound(
             base.get(), round.paint, round.select, round.project, monitor);
-        // The last point at which cancelling changes nothing.
+        // Last chance to cancel without a change.
         monitor.ThrowIfCancelled();
         if (*id) {
           session.store().SetSelection(*id, std::move(selection.masks), std::move(selection.shares),
@@ -338,7 +339,7 @@ void SceneController::SelectAgain(RegionId id, const SelectOptions& select,
       tr("Selecting again"),
       [=](EditSession& session, Monitor& monitor) {
         const Region* region = session.store().regions().Find(id);
-        if (!region) throw Cancelled();  // deleted meanwhile
+        if (!region) throw Cancelled();  // deleted in the meantime
         SelectionSource source = region->selection->source;
         if (source.painted.empty()) {
           throw InputError("the masks of this region were not painted here");
@@ -347,7 +348,7 @@ void SceneController::SelectAgain(RegionId id, const SelectOptions& select,
         source.projector = project;
         session.selection().Select(source, monitor);
         ProjectedMasks projected = session.selection().Project(source, monitor);
-        monitor.ThrowIfCancelled();  // the last point at which that changes nothing
+        monitor.ThrowIfCancelled();  // last chance to cancel without a change
         session.store().SetSelection(id, std::move(projected.masks), std::move(projected.shares),
                                      monitor, std::move(source));
       },
@@ -363,7 +364,7 @@ void SceneController::SeeSelection(RegionId id, const PosedCamera& camera,
       tr("Projecting the selection"),
       [=](EditSession& session, Monitor&) {
         const Region* region = session.store().regions().Find(id);
-        if (!region) throw Cancelled();  // deleted meanwhile
+        if (!region) throw Cancelled();  // deleted in the meantime
         return DrawThrough(lens.get(), camera, [&](const PosedCamera& face) {
           return session.selection().SeenFrom(*region->selection, face);
         });
@@ -377,7 +378,7 @@ void SceneController::Do(const RegionEdit& edit, const std::string& merge_key) {
   retint::Apply(edit, &regions_);
   pending_.emplace(edits_, edit);
   Run({}, [=](EditSession& session, Monitor&) { session.store().Do(edit, merge_key); });
-  colors_->Refresh();  // colors are on their way while the panels follow
+  colors_->Refresh();  // starts now; panels follow while it runs
   Q_EMIT regionsChanged();
 }
 

@@ -16,7 +16,7 @@ namespace {
 constexpr size_t kGlancedViews = 4;
 constexpr int kBetween = 8;  // white pixels between the sides of a comparison
 
-// What an exported splat has, also while one region is looked at alone.
+// The colors of an exported splat, which ignore solo().
 FloatArray ColorsToExport(EditSession& session) {
   session.refits().CollectFits();
   return session.refits().CurrentSh();
@@ -28,7 +28,7 @@ std::string EditKeyOf(const RegionSet& regions, RegionId id) {
   return regions.FitKey(size_t(found - regions.regions.begin()), RefitJob());
 }
 
-// The quality of an edit, and which edit that was.
+// The quality of an edit, and the key of that edit.
 struct Measured {
   QualityReport report;
   std::string edit;
@@ -50,7 +50,7 @@ void SceneResults::Evaluate(RegionId id) {
       },
       [=, this](const Measured& measured) {
         const bool changed = scene_.regions().Find(id) && EditKey(id) != measured.edit;
-        if (changed) return Evaluate(id);  // while it was measured
+        if (changed) return Evaluate(id);  // the edit changed in the meantime
         Q_EMIT qualityReady(id, measured.report);
       });
 }
@@ -60,7 +60,7 @@ void SceneResults::Glance(RegionId id) {
       {},
       [=, target = scene_.colors().refit_job().target](EditSession& session, Monitor& monitor) {
         session.refits().CollectFits();
-        if (!session.store().regions().Find(id)) return Measured();  // deleted meanwhile
+        if (!session.store().regions().Find(id)) return Measured();  // deleted in the meantime
         return Measured{EvaluateRegion(session, id, target, monitor, kGlancedViews),
                         EditKeyOf(session.store().regions(), id)};
       },

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is measured of an open scene, and the files that are written of it. Each call queues a task
-// of the controller. What is written has the colors of every region that is not hidden, whatever
-// SceneController::solo() is.
+// Measures an open scene and writes its files. Each call queues a task of the controller. Written
+// files have the colors of every region that is not hidden; SceneController::solo() does not
+// matter.
 #pragma once
 
 #include <filesystem>
@@ -29,25 +29,25 @@ class SceneResults : public QObject {
 
   void Evaluate(RegionId id);                       // qualityReady()
   quint64 measuring() const { return measuring_; }  // the task of the last Evaluate()
-  // Says whether what was measured is of the edit that shows; empty: there is no such region.
+  // Identifies the edit of a region, to compare with the measured one; empty: no such region.
   std::string EditKey(RegionId id) const;
-  // The same on a few views, quickly: qualityGlanced().
+  // Evaluate() on a few views, quickly: qualityGlanced().
   void Glance(RegionId id);
-  // Whether the splat and the workspace belong together: sceneChecked(). Renders a few small views.
+  // Checks whether splat and workspace belong together: sceneChecked(). Renders a few small views.
   void Check();
 
   void WriteSplat(const std::filesystem::path& path);
   void WriteMasks(const std::filesystem::path& folder, RegionId id);
   void WriteReport(const std::filesystem::path& path);
-  // <folder>/<image name>.png of these views (none named: every one), edited.
+  // Writes <folder>/<image name>.png of these views, edited; no names: of all views.
   void WriteViews(const std::filesystem::path& folder, const std::vector<std::string>& names = {});
-  // <folder>/0000.png, ...: a camera path. `done` runs once they are written. `replaced` as in
+  // Writes <folder>/0000.png, ...: a camera path. Then runs `done`. `replaced` is as in
   // ExportFrames().
   void WriteFrames(const std::filesystem::path& folder, std::vector<PosedCamera> cameras,
                    std::function<void()> done = {},
                    std::vector<std::filesystem::path> replaced = {});
-  // One picture: the scene before the edits on the left, edited on the right.
-  // `lens` as for a FrameRequest.
+  // Writes one picture: the scene before the edits on the left, edited on the right. `lens` is as
+  // in FrameRequest.
   void WriteComparison(const std::filesystem::path& path, const PosedCamera& camera,
                        std::shared_ptr<const LensPicture> lens = nullptr);
 

@@ -61,7 +61,7 @@ void SceneWorker::Loop() {
     }
     if (told) on_task_({});
     if (task.done) task.done(error);
-    task = {};  // what it holds may be large
+    task = {};  // its captures may be large
     lock.lock();
     running_.reset();
   }

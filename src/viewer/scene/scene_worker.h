@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A thread that runs tasks one after the other, in the order in which they were posted.
+// A thread that runs tasks one after the other, in the order of their posting.
 #pragma once
 
 #include <condition_variable>
@@ -21,18 +21,18 @@ class SceneWorker {
   struct Task {
     QString label;                                 // empty: takes no time, cannot be cancelled
     std::function<void(Monitor&)> work;            // may throw
-    std::function<void(std::exception_ptr)> done;  // null: it worked; called on the worker
+    std::function<void(std::exception_ptr)> done;  // gets null if it worked; called on the worker
   };
   using OnProgress = std::function<void(const Progress&)>;  // called on the worker
-  using OnTask = std::function<void(const QString&)>;       // a labeled task begins, "": ends
+  using OnTask = std::function<void(const QString&)>;       // a labeled task begins; "": it ends
 
   SceneWorker(OnProgress on_progress, OnTask on_task);
-  ~SceneWorker();  // cancels and joins; tasks that wait are dropped
+  ~SceneWorker();  // cancels and joins; drops waiting tasks
 
-  // Returns the monitor of its work, with which this task alone can be cancelled.
+  // Returns the monitor of its work, which can cancel only this task.
   std::shared_ptr<Monitor> Post(Task task);
-  // Cancels the labeled task that runs and those that wait. What is cancelled before its turn is
-  // not begun, and its done() hears of that in its turn.
+  // Cancels the current labeled task and all waiting ones. A waiting task then never starts; its
+  // done() is called in its turn.
   void Cancel();
 
  private:
@@ -47,9 +47,9 @@ class SceneWorker {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Posted> waiting_;
-  std::shared_ptr<Monitor> running_;  // of the labeled task that runs
+  std::shared_ptr<Monitor> running_;  // of the current labeled task
   bool quit_ = false;
-  std::thread thread_;  // last: starts when everything above exists
+  std::thread thread_;  // last: it starts when all members above exist
 };
 
 }  // namespace retint

@@ -10,10 +10,10 @@
 namespace retint {
 namespace {
 
-constexpr int kAutosaveMs = 1500;  // after a change; changes in between are one
-constexpr int kRetryMs = 10000;    // after one that failed
+constexpr int kAutosaveMs = 1500;  // after a change; changes within this time share one autosave
+constexpr int kRetryMs = 10000;    // after a failed one
 
-// As it is told to others and kept: whatever the working folder is when it is read again.
+// Absolute, so that it does not depend on the working folder.
 std::filesystem::path Whole(const std::filesystem::path& folder) {
   const auto path = std::filesystem::absolute(folder).lexically_normal();
   return path.has_filename() ? path : path.parent_path();
@@ -26,7 +26,7 @@ SessionStore::SessionStore(SceneController* controller, QObject* parent)
   timer_.setSingleShot(true);
   connect(&timer_, &QTimer::timeout, this, &SessionStore::SubmitAutosave);
   const auto forget = [this] {
-    // Of the scene before: its user has agreed to lose what was not saved.
+    // From the scene before: its user has agreed to lose unsaved work.
     DropAutosave();
     autosave_.reset();
     autosave_fails_ = false;
@@ -37,7 +37,7 @@ SessionStore::SessionStore(SceneController* controller, QObject* parent)
   connect(controller_, &SceneController::opened, this, forget);
   connect(controller_, &SceneController::closed, this, forget);
   connect(controller_, &SceneController::regionsChanged, this, &SessionStore::OnRegions);
-  // An accepted selection is minutes of work.
+  // An accepted selection is minutes of work, so save it now.
   connect(controller_, &SceneController::regionAdded, this, &SessionStore::SubmitAutosave);
 }
 
@@ -84,7 +84,7 @@ void SessionStore::Open(const std::filesystem::path& path, const SessionOptions&
           saved_ = controller_->regions();
         }
         submitted_ = controller_->regions();
-        timer_.stop();  // what is open is on disk already
+        timer_.stop();  // the open state is on disk already
         Q_EMIT restored(opened->view);
       });
 }
@@ -108,7 +108,7 @@ void SessionStore::Save(const std::filesystem::path& path, std::function<void()>
       },
       [=, this] {
         DropAutosave();
-        if (folder_ != folder) autosave_.reset();  // the next one is beside the new session
+        if (folder_ != folder) autosave_.reset();  // the next one goes beside the new session
         autosave_fails_ = false;
         folder_ = folder;
         stamp_ = *stamp;
@@ -126,7 +126,7 @@ void SessionStore::SubmitAutosave() {
   timer_.stop();
   if (!controller_->IsOpen()) return;
   if (!IsModified()) {
-    if (autosave_) autosave_->Discard();  // all was undone
+    if (autosave_) autosave_->Discard();  // all changes were undone
     return;
   }
   if (!autosave_) {
@@ -149,14 +149,14 @@ void SessionStore::SubmitAutosave() {
         try {
           *snapshot = TakeSnapshot(session);
         } catch (const std::exception& failure) {
-          *error = failure.what();  // tried again later, as one that cannot be written
+          *error = failure.what();  // tried again later, like a failed write
         }
       },
       [=, this] {
         if (!error->empty()) return OnAutosave(*error);
         if (!autosave_) return;
         submitted_ = snapshot->regions;
-        // Asking for them was news of them too.
+        // Fetching the regions may have announced them as a change.
         if (submitted_.SavesLike(controller_->regions())) timer_.stop();
         snapshot->view = ViewState();
         snapshot->saved = folder_;
@@ -164,7 +164,7 @@ void SessionStore::SubmitAutosave() {
       });
 }
 
-// What could not be written is tried again, until there is room for it.
+// Tries a failed autosave again until there is room for it.
 void SessionStore::OnAutosave(const std::string& error) {
   const bool failed = !error.empty();
   if (failed) timer_.start(kRetryMs);

@@ -46,7 +46,7 @@ ColorPreview::Colors ShComposer::Work(const Request& request) {
 void ShComposer::Loop() {
   std::unique_lock lock(mutex_);
   while (true) {
-    // Before the next change comes: it may be a color that is being dragged.
+    // Prepares for the next change, such as the next color of a drag.
     while (preview_ && !quit_ && !drop_ && !pending_) {
       lock.unlock();
       const bool made = preview_->MakeReady();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A thread that turns regions into coefficients (editing/color_preview.h). Only the newest
-// request counts.
+// A thread that computes coefficients of regions (editing/color_preview.h). Only the newest request
+// counts.
 #pragma once
 
 #include <condition_variable>
@@ -22,34 +22,34 @@ class ShComposer {
     std::shared_ptr<const GaussianModel> original;
     std::shared_ptr<Backend> backend;
     RegionSet regions;
-    RefitJob job;  // that the fits are of
+    RefitJob job;  // for the fits
     uint64_t generation = 0;
   };
   struct Result {
-    ColorPreview::Colors colors;  // of a null `sh`: it failed
+    ColorPreview::Colors colors;  // a null `sh`: failed
     uint64_t generation = 0;
-    std::string failure = {};  // why there is no `sh`, for people
+    std::string failure = {};  // for the user
   };
-  // Called on the composer's thread.
+  // Is called on the composer's thread.
   using OnComposed = std::function<void(const Result& result)>;
 
   explicit ShComposer(OnComposed on_composed);
   ~ShComposer();
 
   void Compose(Request request);
-  void Drop();  // the request that waits, and what was kept for the next
+  void Drop();  // the waiting request, and prepared data
 
  private:
   void Loop();
   ColorPreview::Colors Work(const Request& request);
 
   const OnComposed on_composed_;
-  std::unique_ptr<ColorPreview> preview_;  // the thread's own
+  std::unique_ptr<ColorPreview> preview_;  // used only on the thread
   std::mutex mutex_;
   std::condition_variable changed_;
   std::optional<Request> pending_;
   bool drop_ = false, quit_ = false;
-  std::thread thread_;  // last: starts when everything above exists
+  std::thread thread_;  // last: it starts when all members above exist
 };
 
 }  // namespace retint

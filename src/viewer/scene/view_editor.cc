@@ -21,13 +21,13 @@ namespace retint {
 namespace {
 
 constexpr int kRestMs = 400;
-constexpr int kLooks = 5;  // at a file that is cut off and does not grow
+constexpr int kLooks = 5;  // number of looks at an incomplete file that does not grow
 
 std::string BytesOf(const std::string& path) {
   try {
     return ReadFile(path);
   } catch (const Error&) {
-    return {};  // being replaced
+    return {};  // another program is replacing it
   }
 }
 
@@ -48,7 +48,7 @@ ViewEditor::ViewEditor(SceneController* controller, QObject* parent)
   rest_.setSingleShot(true);
   rest_.setInterval(kRestMs);
   connect(&rest_, &QTimer::timeout, this, &ViewEditor::Look);
-  // Most programs replace a file, which is then news of its folder.
+  // Most programs replace a file, which changes its folder.
   connect(&watcher_, &QFileSystemWatcher::fileChanged, this, [this] { rest_.start(); });
   connect(&watcher_, &QFileSystemWatcher::directoryChanged, this, [this] { rest_.start(); });
   const auto forget = [this] {
@@ -114,7 +114,7 @@ void ViewEditor::Look() {
   bool later = false;
   for (auto& [path, picture] : pictures_) {
     const QString watched = QString::fromStdString(path);
-    if (QFile::exists(watched)) watcher_.addPath(watched);  // one that was replaced is dropped
+    if (QFile::exists(watched)) watcher_.addPath(watched);  // a replaced file is no longer watched
     std::string bytes = BytesOf(path);
     if (bytes.empty() || bytes == picture.bytes) continue;
     if (!IsWhole(path, bytes, picture)) {
@@ -127,7 +127,7 @@ void ViewEditor::Look() {
   if (later) rest_.start();
 }
 
-// Whether a file is a picture. One that is cut off is still being written, or stays so.
+// Whether a file is a complete picture. An incomplete file is still being written, or is damaged.
 bool ViewEditor::IsWhole(const std::string& path, const std::string& bytes, Picture& picture) {
   const bool whole = !QImage::fromData(QByteArray::fromStdString(bytes)).isNull();
   if (whole || bytes != picture.cut) picture.looks = 0;
@@ -152,7 +152,7 @@ void ViewEditor::Take(const std::string& path, const Picture& picture) {
   const RegionId region = picture.region;
   const auto found = std::make_shared<std::shared_ptr<const PictureEdit>>();
   const auto detail = std::make_shared<PaintDetail>();
-  // The edit changes when the picture was found to be one of its view, and not before.
+  // The edit changes only after the picture was found to show its view.
   controller_->Run(
       tr("Comparing the picture"),
       [=, views = picture.shown](EditSession& session, Monitor&) {
@@ -167,7 +167,7 @@ void ViewEditor::Take(const std::string& path, const Picture& picture) {
       },
       [=, this] {
         const Region* now = controller_->regions().Find(region);
-        // An edit that was made meanwhile, on its way behind this one, does not know the picture.
+        // A newer edit is waiting in the queue without the picture: add the picture to it.
         if (now && PictureOf(now->edit) != *found) return Take(path, picture);
         Q_EMIT taken(region, QString::fromStdString(path), *detail);
       });

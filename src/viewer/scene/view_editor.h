@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// "Edit this view elsewhere": a view is written as a picture and opened in the desktop's program
-// for pictures. Whenever it is saved there, it becomes an operation of the region's edit.
+// "Edit this view elsewhere": writes a view as a picture and opens it in the desktop's program for
+// pictures. Each time it is saved there, it becomes an operation of the region's edit.
 #pragma once
 
 #include <filesystem>
@@ -25,28 +25,28 @@ class ViewEditor : public QObject {
  public:
   explicit ViewEditor(SceneController* controller, QObject* parent = nullptr);
 
-  // The picture `name` (SceneFacts), its render or its photo, as the picture step of the region has
-  // it (RefitService::PictureStepOf). What is saved becomes that step.
+  // Writes the picture `name` (SceneFacts), a render or a photo, as the region's picture step has
+  // it (RefitService::PictureStepOf), and opens it. Saved changes become that step.
   void Start(RegionId region, const std::string& name, TargetKind of);
-  // Opens a picture; false when there is no program for it. The desktop's, unless a test has its
-  // own.
+  // Opens a picture; false if there is no program for it. The default uses the desktop; tests
+  // replace it.
   void SetOpener(std::function<bool(const QString& path)> opener) { opener_ = std::move(opener); }
 
  Q_SIGNALS:
   void opened(const QString& path);
-  // A picture that was saved is now part of the edit, whose paint can have so much detail.
+  // A saved picture is now part of the edit. `detail`: how much detail the paint can show.
   void taken(retint::RegionId region, const QString& path, const retint::PaintDetail& detail);
-  // One that cannot be is the scene controller's failure.
+  // Bad pictures are reported as failures of the scene controller.
   void failed(const QString& message);
 
  private:
   struct Picture {
     RegionId region = 0;
-    std::string view;                // or the distorted photo that it shows
+    std::string view;                // view, or the distorted photo that it shows
     std::vector<std::string> shown;  // views that show it
-    std::string bytes = {};          // as it was last written or taken
-    std::string cut = {};            // as it was when it was no picture
-    int looks = 0;                   // at what is cut off
+    std::string bytes = {};          // when it was last written or read
+    std::string cut = {};            // content that was not a complete picture
+    int looks = 0;                   // number of looks at an incomplete file
     Image8 before = {}, written = {};
   };
   void Watch(const QString& path, const Picture& picture);
@@ -57,7 +57,7 @@ class ViewEditor : public QObject {
   SceneController* controller_;
   std::function<bool(const QString&)> opener_;
   QTemporaryDir folder_;
-  int written_ = 0;                          // pictures, for folders of their own
+  int written_ = 0;                          // number of pictures, for separate folders
   std::map<std::string, Picture> pictures_;  // by path
   QFileSystemWatcher watcher_;
   QTimer rest_;  // a program may save in several steps

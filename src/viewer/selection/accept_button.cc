@@ -11,9 +11,9 @@
 namespace retint {
 namespace {
 
-constexpr int kAway = 24;  // pixels, so that the next stroke may begin where this one ended
+constexpr int kAway = 24;  // pixels; the next stroke may begin where this one ended
 
-// Behind `wanted`, or before it where there is no room.
+// The place behind `wanted`, or before it if there is no room.
 int Beside(double wanted, int size, int room) {
   const int behind = int(wanted) + kAway;
   const int before = int(wanted) - kAway - size;
@@ -26,7 +26,7 @@ AcceptButton::AcceptButton(SelectionCanvas* canvas)
     : QPushButton(tr("Accept  ↵"), canvas), canvas_(canvas) {
   setObjectName("acceptHere");
   setToolTip(tr("Find the selection in every view (Enter)"));
-  setFocusPolicy(Qt::NoFocus);  // the keyboard stays the canvas's
+  setFocusPolicy(Qt::NoFocus);  // the canvas keeps the keyboard
   setProperty("primary", true);
   setCursor(Qt::ArrowCursor);
   hide();
@@ -55,7 +55,7 @@ bool AcceptButton::eventFilter(QObject* object, QEvent* event) {
     const auto* mouse = static_cast<QMouseEvent*>(event);
     if (presses) hide();
     if (!presses && mouse->button() == Qt::LeftButton) {
-      // After the canvas has heard of it.
+      // After the canvas has handled the event.
       QTimer::singleShot(0, this, [this, at = mouse->position()] { Offer(at); });
     }
   }

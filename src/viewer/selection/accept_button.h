@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Accept, beside the end of the stroke: the step that comes next, where the eye is.
+// A button to accept, near the end of the stroke, where the user looks.
 #pragma once
 
 #include <QPushButton>
@@ -13,7 +13,7 @@ class AcceptButton : public QPushButton {
 
  public:
   explicit AcceptButton(SelectionCanvas* canvas);  // its parent
-  // Whether strokes are taken now; the button hides where not.
+  // Whether strokes are accepted now; otherwise the button hides.
   void SetPaintable(bool paintable);
 
  protected:

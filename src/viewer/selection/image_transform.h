@@ -15,7 +15,7 @@ struct ImageTransform {
   Eigen::Vector2d ToWidget(const Eigen::Vector2d& image) const { return scale * image + offset; }
   Eigen::Vector2d ToImage(const Eigen::Vector2d& widget) const { return (widget - offset) / scale; }
 
-  // Centered and as large as it fits.
+  // Centered, and as large as possible.
   static ImageTransform Fit(const Eigen::Vector2d& image, const Eigen::Vector2d& widget) {
     ImageTransform fit;
     fit.scale = std::max(1e-3, (widget.array() / image.array().max(1)).minCoeff());
@@ -23,14 +23,14 @@ struct ImageTransform {
     return fit;
   }
 
-  // The point at `at` (widget) stays there.
+  // Keeps the point at `at` (widget) in place.
   void ZoomAt(const Eigen::Vector2d& at, double new_scale) {
     const Eigen::Vector2d fixed = ToImage(at);
     scale = new_scale;
     offset = at - scale * fixed;
   }
 
-  // Keeps the image from being lost: `margin` of it (widget pixels) stays in the widget.
+  // Keeps the image in sight: at least `margin` of it (widget pixels) stays in the widget.
   void KeepVisible(const Eigen::Vector2d& image, const Eigen::Vector2d& widget, double margin) {
     for (int i = 0; i < 2; ++i) {
       const double size = scale * image[i], keep = std::min({margin, size, widget[i]});

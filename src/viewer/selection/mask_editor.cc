@@ -31,8 +31,9 @@ uint8_t Combined(uint8_t mask, uint8_t shape, Combine combine) {
   return mask;
 }
 
-// Of a brush at this distance from its spine: 1 within the hard part, a smooth fall to 0 at the
-// radius, at least one pixel wide and centered on the radius when the brush is hard.
+// The coverage of a brush by the distance from its spine: 1 in the hard part, then a smooth fall to
+// 0. The fall ends at the radius. For a hard brush it is one pixel wide, and centered on the
+// radius.
 class BrushProfile {
  public:
   explicit BrushProfile(const BrushOptions& brush) {
@@ -111,7 +112,7 @@ GridRect MaskEditor::Dab(const Eigen::Vector2d& from, const Eigen::Vector2d& to)
                         clip(std::ceil(std::max(from.x(), to.x()) + reach), mask_.width),
                         clip(std::ceil(std::max(from.y(), to.y()) + reach), mask_.height));
   if (box.Empty()) return {};
-  // Squared distance to the segment, about its start.
+  // Squared distance to the segment, in coordinates about its start.
   const Eigen::Vector2f start = from.cast<float>(), along = (to - from).cast<float>();
   const float length_squared = along.squaredNorm();
   const float inverse = length_squared > 0 ? 1 / length_squared : 0;
@@ -184,7 +185,8 @@ GridRect MaskEditor::FillPolygon(std::span<const Eigen::Vector2d> outline, Combi
   for (const Eigen::Vector2d& point : outline) {
     if (!point.allFinite()) return {};
   }
-  // Row by row between pairs of crossings. (OpenCV's fillPoly adds the outline's own pixels.)
+  // Fills each row between pairs of crossings. OpenCV's fillPoly would add the outline's own
+  // pixels.
   Mask shape(mask_.width, mask_.height);
   std::vector<double> crossings;
   for (int y = 0; y < shape.height; ++y) {
@@ -253,7 +255,7 @@ GridRect MaskEditor::Record(const GridRect& rect) {
     changed = changed.United(GridRect::Between(x0, y, rect.x + last + 1, y + 1));
   }
   if (changed.Empty()) return {};
-  while (steps_.size() > cursor_) {  // undone steps are forgotten
+  while (steps_.size() > cursor_) {  // drop undone steps
     bytes_ -= steps_.back().delta.size();
     steps_.pop_back();
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A soft mask painted with strokes, shapes and operations, each one step of an undo history. Pure
-// logic, no Qt. Positions are continuous image coordinates: pixel (x, y) covers [x, x+1) × [y,
-// y+1). Every call that changes pixels returns the rectangle that holds all of them, for
+// A soft mask for painting with strokes, shapes and operations, each one step of an undo
+// history. Does not use Qt. Positions are continuous image coordinates: pixel (x, y) covers [x,
+// x+1) × [y, y+1). Every call that changes pixels returns a rectangle around all of them, for
 // repainting.
 #pragma once
 
@@ -34,10 +34,10 @@ struct BrushOptions {
 
 class MaskEditor {
  public:
-  // Steps older than `history_bytes` allows are forgotten; the newest always stays.
+  // Drops old steps beyond `history_bytes`, but never the newest.
   explicit MaskEditor(int width = 0, int height = 0, size_t history_bytes = size_t{64} << 20);
 
-  // Starts anew, without history. `mask` may be of another size than before.
+  // Starts again without history. `mask` may have another size than before.
   void Reset(Mask mask);
   const Mask& mask() const { return mask_; }
   GridRect Bounds() const { return {0, 0, mask_.width, mask_.height}; }
@@ -46,28 +46,28 @@ class MaskEditor {
 
   // ---- Brush
 
-  // One step of the history from BeginStroke to EndStroke. The first dab is set at once; StrokeTo
-  // covers what a brush swept along the segment from the last position covers. A move costs as much
-  // as the box about that segment, whatever the image's size. Overlaps within a stroke do not add
-  // up. kReplace and kIntersect clear the pixels outside when the stroke begins. A stroke in
-  // progress is ended by any other change.
+  // A stroke is one step of the history, from BeginStroke() to EndStroke(). The first dab is set
+  // at once. StrokeTo() sweeps the brush along the segment from the last position. Its cost is
+  // that of the box around the segment, at any image size. Overlaps within a stroke do not add up.
+  // kReplace and kIntersect clear all other pixels when the stroke begins. Any other change ends a
+  // stroke.
   GridRect BeginStroke(const Eigen::Vector2d& at, const BrushOptions& brush, Combine combine);
   GridRect StrokeTo(const Eigen::Vector2d& to);
   void EndStroke();
-  GridRect CancelStroke();  // as if it had never begun
+  GridRect CancelStroke();  // as if it had not begun
   bool InStroke() const { return stroke_.has_value(); }
 
   // ---- Shapes and operations, each one step unless nothing changes
 
-  // Corners in any order, each pixel that the rectangle covers half or more.
+  // Corners in any order. Fills each pixel that the rectangle covers at least half.
   GridRect FillRectangle(const Eigen::Vector2d& a, const Eigen::Vector2d& b, Combine combine);
-  // Pixels whose center lies within the closed outline, even-odd; lasso and polygon alike. Fewer
-  // than three points: nothing.
+  // Fills pixels with their center inside the closed outline, even-odd; for lasso and polygon. Does
+  // nothing with fewer than three points.
   GridRect FillPolygon(std::span<const Eigen::Vector2d> outline, Combine combine);
-  // Any shape, coverage in [0, 255]. Nothing, unless it is of the mask's size.
+  // Any shape with coverage in [0, 255]. Does nothing unless it has the mask's size.
   GridRect Fill(const Mask& shape, Combine combine);
   GridRect Grow(int pixels);    // by a disc
-  GridRect Shrink(int pixels);  // pixels that the border cuts off do not count as outside
+  GridRect Shrink(int pixels);  // pixels beyond the image do not count as outside
   GridRect Invert();
   GridRect SelectAll();
   GridRect SelectNone();
@@ -81,7 +81,7 @@ class MaskEditor {
   size_t history_bytes() const { return bytes_; }
 
  private:
-  // The change: the old pixels XOR the new ones, so that the same bytes serve undo and redo.
+  // A change: old pixels XOR new pixels, so that one array serves undo and redo.
   struct Step {
     GridRect rect;
     std::vector<uint8_t> delta;  // [height, width] of rect
@@ -93,14 +93,14 @@ class MaskEditor {
     GridRect touched;
   };
   GridRect Dab(const Eigen::Vector2d& from, const Eigen::Vector2d& to);
-  // Records the difference between `before_` and `mask_` within `rect`. Returns its bounds.
+  // Records the difference between `before_` and `mask_` within `rect`, and returns its bounds.
   GridRect Record(const GridRect& rect);
   GridRect Toggle(const Step& step);
   void Begin();  // before_ = mask_
 
   Mask mask_;
-  Mask before_;    // when the change in progress began
-  Mask coverage_;  // of the stroke in progress; zero between strokes
+  Mask before_;    // at the beginning of the current change
+  Mask coverage_;  // of the current stroke; zero between strokes
   std::optional<Stroke> stroke_;
   std::vector<Step> steps_;
   size_t cursor_ = 0;  // steps_[0 .. cursor_) are done

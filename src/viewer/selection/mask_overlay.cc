@@ -11,7 +11,7 @@
 namespace retint {
 namespace {
 
-// Image columns (or rows) under the device pixels first - 1 .. first + count; -1 beside the image.
+// Image columns (or rows) of the device pixels first - 1 .. first + count; -1 outside the image.
 std::vector<int> Under(int first, int count, double scale, double offset, int size) {
   std::vector<int> under(static_cast<size_t>(count) + 2, -1);
   for (int i = 0; i < count + 2; ++i) {
@@ -21,7 +21,7 @@ std::vector<int> Under(int first, int count, double scale, double offset, int si
   return under;
 }
 
-// A mask under the device pixels of a rectangle, row by row.
+// The mask at the device pixels of a rectangle, row by row.
 class MaskRows {
  public:
   MaskRows(const Mask& mask, const ImageTransform& transform, const QRect& rect)
@@ -32,17 +32,17 @@ class MaskRows {
     Read(lines_[2]);
   }
 
-  // To the rectangle's next row; first to its first.
+  // Goes to the rectangle's next row; the first call to its first row.
   void Next() {
     std::swap(lines_[0], lines_[1]);
     std::swap(lines_[1], lines_[2]);
     Read(lines_[2]);
   }
-  // Of this row, counted from the rectangle's left: the value, 0 beside the image.
+  // The value at a column of this row, from the rectangle's left; 0 outside the image.
   uint8_t operator[](int i) const { return lines_[1][size_t(i) + 1]; }
   bool Inside(int i) const { return IsInside((*this)[i]); }
   bool InImage(int i) const { return rows_[read_ - 2] >= 0 && columns_[size_t(i) + 1] >= 0; }
-  // A pixel above, below or beside is outside of an inside one, or inside of an outside one.
+  // Whether a neighbor above, below, left or right is on the other side of the border.
   bool IsEdge(int i) const {
     const auto c = size_t(i) + 1;
     const bool inside = Inside(i);
@@ -62,8 +62,9 @@ class MaskRows {
 
   const Mask& mask_;
   std::vector<int> columns_, rows_;
-  std::array<std::vector<uint8_t>, 3> lines_;  // above, this row, below; a pixel to either side
-  size_t read_ = 0;                            // of rows_
+  std::array<std::vector<uint8_t>, 3>
+      lines_;        // above, this row, below; one pixel more on each side
+  size_t read_ = 0;  // next row to read
 };
 
 QRgb Tint(QColor color, double opacity) {

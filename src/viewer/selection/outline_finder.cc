@@ -51,7 +51,7 @@ void OutlineFinder::StartNext() {
       message = FailureText(failure);
     }
     Post(this, [this, monitor, done = request.done, mask = std::move(mask), message] {
-      if (monitor != running_) return;  // was cancelled
+      if (monitor != running_) return;  // it was cancelled
       running_.reset();
       StartNext();
       if (message.isEmpty()) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Runs searches for an outline (selection/mask_tools/) off the GUI thread, one after the other.
+// Runs searches for an outline (selection/mask_tools/) on another thread, one after the other.
 #pragma once
 
 #include <cstdint>
@@ -26,11 +26,11 @@ class OutlineFinder : public QObject {
   explicit OutlineFinder(QObject* parent = nullptr);
   ~OutlineFinder() override;  // cancels the running search and waits for it
 
-  // `done` with what `work` found, or failed(), follows on the GUI thread, after those of what was
-  // asked for before. A waiting search of the same gesture is replaced, so that a drag is answered
-  // as often as the machine can.
+  // Runs `work`, then passes its result to `done` on the GUI thread, or emits failed(). Requests
+  // are answered in order. A request replaces a waiting one of the same gesture, so that a drag
+  // gets answers as often as the machine can give them.
   void Find(uint64_t gesture, Work work, Done done);
-  // Nothing that was asked for is answered any more.
+  // Ends the answers to all requests.
   void Cancel();
   bool IsBusy() const { return !waiting_.empty() || running_; }
 
@@ -47,8 +47,8 @@ class OutlineFinder : public QObject {
   void StartNext();
 
   std::vector<Request> waiting_;
-  std::shared_ptr<Monitor> running_;  // null: nothing runs that is still wanted
-  QThreadPool pool_;                  // of one thread
+  std::shared_ptr<Monitor> running_;  // null: no wanted search is running
+  QThreadPool pool_;                  // with one thread
 };
 
 }  // namespace retint

@@ -22,7 +22,7 @@
 namespace retint {
 namespace {
 
-constexpr int kLeastSide = 480, kMostSide = 900;  // pixels of a large picture
+constexpr int kLeastSide = 480, kMostSide = 900;  // pixels of an enlarged picture
 
 QString Sentence(const std::string& words) {
   QString text = QString::fromStdString(words);
@@ -63,7 +63,7 @@ void PaintVerdict::Show(RegionId id) {
         try {
           pictures->views = PicturesOfPaint(session.scene(), of->source.painted, of->masks);
         } catch (const std::exception&) {
-          // The line in words is there without them.
+          // The line of text is shown without pictures.
         }
       },
       [this, of = selection_, pictures] {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What became of the paint, after every selection: a line in words, in the banner over the canvas,
-// and a picture of each painted view, small there and large on a click.
+// The effect of the paint, after every selection: a line of text in the banner over the canvas, and
+// a picture of each painted view, which a click enlarges.
 #pragma once
 
 #include <memory>
@@ -24,7 +24,7 @@ class PaintVerdict : public QObject {
   // `window` is the parent of the large pictures.
   PaintVerdict(SceneController* controller, Banner* banner, QWidget* window);
 
-  // Of a region whose selection was just made. It goes when the region is edited or selected anew.
+  // For a region that was just selected. It closes when the region is edited or selected again.
   void Show(RegionId id);
 
  Q_SIGNALS:
@@ -34,14 +34,14 @@ class PaintVerdict : public QObject {
   struct Pictures;
   void Say(const std::shared_ptr<const Pictures>& pictures);
   void Open(const Pictures& pictures);
-  void Look();  // whether the verdict is still of what shows
+  void Look();  // closes the verdict if it is out of date
 
   SceneController* controller_;
   Banner* banner_;
   QWidget* window_;
   RegionId region_ = 0;                               // 0: no verdict shows
-  std::shared_ptr<const RegionSelection> selection_;  // which it is about
-  bool was_plain_ = false;                            // the region's edit changed nothing then
+  std::shared_ptr<const RegionSelection> selection_;  // selection that it describes
+  bool was_plain_ = false;                            // the region's edit had no effect then
   bool warns_ = false;
   QString text_;
 };

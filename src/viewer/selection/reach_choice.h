@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How far paint goes, one click: "This surface", "The whole object", "Exactly what I painted".
+// How far paint reaches, as one click: "This surface", "The whole object", "Exactly my strokes".
 #pragma once
 
 #include <optional>
@@ -23,7 +23,7 @@ class ReachChoice : public QWidget {
 
  public:
   explicit ReachChoice(QWidget* parent = nullptr);
-  // None: no button is down, since the options stand for none of the choices.
+  // nullopt: no button is down, because the options match none of the choices.
   void Show(std::optional<PaintReach> reach);
 
  Q_SIGNALS:

@@ -40,7 +40,7 @@ void SceneQuestion::Withdraw() {
 
 void SceneQuestion::Look() {
   Withdraw();
-  // A free camera is no view, of which alone the scene makes masks.
+  // The scene makes masks only of views, and a free camera is not a view.
   const bool asks = mode_->state() == SelectionMode::State::kPainting &&
                     mode_->canvas().undecided() && !mode_->entry().view.isEmpty();
   if (asks) rest_.start();
@@ -63,7 +63,7 @@ void SceneQuestion::AskTheScene() {
             *answer = AskScene(session.selection(), *picture, own, *undecided, *monitor);
           }
         } catch (const std::exception&) {
-          // A question that nobody waits for: the outline holds without an answer.
+          // Nobody waits for this answer: without it, the user's outline counts.
         }
       },
       [=, this] {

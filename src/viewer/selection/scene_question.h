@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Asks the scene about the outline that strokes found, while it is on the screen. If other views
-// show otherwise what this view leaves open, the difference is hatched, and a banner asks whose
-// outline holds. It is the user's, unless the user takes the scene's: what shows is what is
-// accepted.
+// Asks the scene about the outline of the strokes while it is on the screen. This view may leave
+// some pixels undecided. If other views decide them differently, they are hatched, and a banner
+// asks which outline is right. It is the user's, unless the user takes the scene's. The user
+// accepts the shown one.
 #pragma once
 
 #include <memory>
@@ -25,26 +25,26 @@ class SceneQuestion : public QObject {
 
  public:
   SceneQuestion(SceneController* controller, SelectionMode* mode);
-  ~SceneQuestion() override;  // nobody waits for an answer any more
+  ~SceneQuestion() override;  // nobody waits for an answer
 
-  // The outline is another one, or nobody paints: the question is over.
+  // Ends the question: the outline has changed, or the user no longer paints.
   void Withdraw();
   bool IsAsking() const;
   void AskTheUser(const SceneAnswer& answer);
   Banner& banner() { return *banner_; }
 
  Q_SIGNALS:
-  void answered();  // by the scene: a banner asks, or there is nothing to ask
+  void answered();  // by the scene: a banner asks, or there is no question
 
  private:
-  void Look();  // whether there is an outline to ask about
+  void Look();  // checks whether there is an outline to ask about
   void AskTheScene();
 
   SceneController* controller_;
   SelectionMode* mode_;
   Banner* banner_;
-  QTimer rest_;                       // of the strokes, before the worker is kept busy
-  std::shared_ptr<Monitor> running_;  // of the question that the scene is at; null: none
+  QTimer rest_;                       // waits until the strokes rest, before it occupies the worker
+  std::shared_ptr<Monitor> running_;  // of the question to the scene; null: none
 };
 
 }  // namespace retint

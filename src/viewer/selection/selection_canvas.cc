@@ -18,8 +18,9 @@ namespace {
 
 constexpr double kLeastScale = 0.05, kMostScale = 64;
 constexpr double kLeastRadius = 0.5, kMostRadius = 500;
-constexpr double kClosing = 10;  // widget pixels within which a click closes the polygon
-constexpr double kMargin = 60;   // widget pixels of the image that stay visible
+constexpr double kClosing =
+    10;                         // widget pixels; a click this close to the start closes the polygon
+constexpr double kMargin = 60;  // widget pixels of the image that must stay visible
 
 Eigen::Vector2d ToEigen(const QPointF& point) { return {point.x(), point.y()}; }
 
@@ -96,7 +97,7 @@ void SelectionCanvas::Changed(const GridRect& changed) {
   Q_EMIT edited();
 }
 
-// One that stands out from the selection.
+// Chooses a color that stands out from the selection.
 void SelectionCanvas::ChooseOverlayColor() {
   const Mask& mask = editor_.mask();
   if (mask.width != image_.width() || mask.height != image_.height()) return;
@@ -111,9 +112,9 @@ void SelectionCanvas::ChooseOverlayColor() {
 
 void SelectionCanvas::SetTool(SelectionTool tool) {
   if (tool == tool_) return;
-  // A drawing that was finished is still searched for.
+  // A finished drawing is still searched for.
   if (drawing_ || tuning_ || editor_.InStroke()) CancelDrawing();
-  // Scribbles correct a network, and points for it complete scribbles.
+  // Scribbles correct the result of a network, and points for a network complete scribbles.
   const auto completes = [](SelectionTool one) {
     return one == SelectionTool::kScribble || one == SelectionTool::kObject;
   };
@@ -153,7 +154,7 @@ void SelectionCanvas::SetPaintable(bool paintable) {
 
 void SelectionCanvas::ScaleBrush(int steps) {
   BrushOptions brush = this->brush();
-  // By a tenth, by at least half a pixel.
+  // By 10 %, at least half a pixel.
   for (int i = 0; i < std::abs(steps); ++i) {
     const double by = std::max(0.5, 0.1 * brush.radius);
     brush.radius = std::max(kLeastRadius, brush.radius + (steps > 0 ? by : -by));
@@ -236,7 +237,7 @@ Combine SelectionCanvas::CombineFor(Qt::KeyboardModifiers modifiers) const {
   if (shift && control) return Combine::kIntersect;
   if (control) return Combine::kRemove;
   if (shift || tool_ == SelectionTool::kBrush) return Combine::kAdd;
-  // Of the selection, if there is one.
+  // Within the selection, if there is one.
   if (tool_ == SelectionTool::kLike && editor_.AnyInside()) return Combine::kIntersect;
   return Combine::kReplace;
 }
@@ -285,7 +286,7 @@ void SelectionCanvas::Press(const Eigen::Vector2d& at, Qt::KeyboardModifiers mod
   update();
 }
 
-// The last point follows the cursor, or is where the mouse was let go.
+// The last point follows the cursor, or is the place of the mouse's release.
 void SelectionCanvas::FinishDrawing() {
   if (!drawing_) return;
   if (HasCorners()) drawing_->points.pop_back();
@@ -311,7 +312,7 @@ void SelectionCanvas::FinishDrawing() {
     case SelectionTool::kRefine:
       FindRefined(drawing.points);
       break;
-    default:  // found while it was drawn
+    default:  // found during the drawing
       break;
   }
   Q_EMIT hintChanged();
@@ -381,7 +382,7 @@ void SelectionCanvas::mouseReleaseEvent(QMouseEvent* event) {
 
 void SelectionCanvas::mouseDoubleClickEvent(QMouseEvent* event) {
   if (event->button() == Qt::LeftButton && HasCorners()) {
-    FinishDrawing();  // the press before this set the last corner here
+    FinishDrawing();  // the press before has set the last corner here
     return;
   }
   mousePressEvent(event);
@@ -420,7 +421,7 @@ void SelectionCanvas::resizeEvent(QResizeEvent*) {
 }
 
 void SelectionCanvas::wheelEvent(QWheelEvent* event) {
-  // With Alt, Qt turns the wheel sideways.
+  // With Alt, Qt reports the wheel as horizontal.
   const QPoint angle = event->angleDelta();
   const int delta = angle.y() != 0 ? angle.y() : angle.x();
   event->accept();
@@ -458,7 +459,7 @@ bool SelectionCanvas::HandleKey(const QKeyEvent& event) {
       }
       break;
     case SelectionAct::kLeave:
-      // Out of the drawing, then of the tool, then of the mode.
+      // Leaves the drawing, then the tool, then the mode.
       if (CancelDrawing()) break;
       if (paintable_ && tool_ != SelectionTool::kBrush) {
         SetTool(SelectionTool::kBrush);
@@ -489,7 +490,7 @@ bool SelectionCanvas::HandleKey(const QKeyEvent& event) {
 }
 
 bool SelectionCanvas::event(QEvent* event) {
-  // The window's shortcuts (undo, tools) mean the mask as long as one paints.
+  // While the user paints, the window's shortcuts (undo, tools) are for the mask.
   if (event->type() == QEvent::ShortcutOverride && WantsKey(*static_cast<QKeyEvent*>(event))) {
     event->accept();
     return true;
@@ -524,7 +525,7 @@ void SelectionCanvas::leaveEvent(QEvent*) {
 }
 
 void SelectionCanvas::focusOutEvent(QFocusEvent* event) {
-  // Keys that are let go elsewhere are not heard of here.
+  // Key releases go to another widget from here on.
   space_ = false;
   if (std::exchange(overlay_hidden_, false)) update();
   UpdateCursor();

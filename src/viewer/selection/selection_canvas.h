@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The frozen view as an image editor: mouse and keys to a MaskEditor, zoom and pan, brush outline,
-// overlay. Knows nothing of scenes: a picture, its layers and a mask come in, the mask is read off
-// editor(). Slow searches run on another thread, and show when they are done.
+// The frozen view as an image editor: mouse and keys for a MaskEditor, zoom and pan, brush outline,
+// overlay. It does not know scenes: it gets a picture, its layers and a mask; editor() has the
+// result. Slow searches run on another thread, and show their results when ready.
 #pragma once
 
 #include <memory>
@@ -32,46 +32,46 @@ class SelectionCanvas : public QWidget {
  public:
   explicit SelectionCanvas(QWidget* parent = nullptr);
 
-  // Starts anew with a picture and the mask on it. `layers`: the same pixels, as the tools that
-  // find an outline see them; without depth, color alone decides, and solids select nothing.
+  // Starts again with a picture and its mask. `layers`: the same pixels for tools that find an
+  // outline. Without depth, they use only color, and tools for solids select nothing.
   void SetView(const QImage& image, ViewLayers layers, Mask mask);
-  // Only the picture, while the view itself is on its way: nothing can be painted.
+  // Only shows the picture while the view is being prepared; no painting.
   void ShowPicture(const QImage& image);
   bool HasView() const { return ready_; }
 
   MaskEditor& editor() { return editor_; }
   const MaskEditor& editor() const { return editor_; }
   SelectionVeil& veil() { return *veil_; }  // under the overlay
-  // Laid over everything in lines, in a color that stands out from the overlay's; no pixels: none.
+  // Hatches these pixels on top, in a color that stands out from the overlay; empty: none.
   void SetHatched(Mask where);
   const Mask& hatched() const { return hatched_; }
-  // Pixels that the outline of the strokes leaves open (MaskFromScribbles()), 255, as long as it
-  // shows as it was found; null: none.
+  // 255 in pixels that the outline of the strokes leaves open (MaskFromScribbles()), as long as the
+  // outline is unchanged; null: none.
   std::shared_ptr<const Mask> undecided() const {
     return applied_ != 0 && applied_ == undecided_of_ ? undecided_ : nullptr;
   }
-  // Repaints what an edit changed and tells everyone; what is still being found is given up. Every
-  // edit made from outside ends here.
+  // Repaints pixels that an edit changed, emits signals, and cancels searches. Every edit from
+  // outside must call it.
   void Edited(const GridRect& changed);
 
   SelectionTool tool() const { return tool_; }
   void SetTool(SelectionTool tool);
-  // Of the tool at hand: scribbles have a brush of their own.
+  // The brush of the current tool: scribbles have their own.
   const BrushOptions& brush() const { return IsScribble() ? outline_.scribble : brush_; }
   void SetBrush(const BrushOptions& brush);
   const OutlineOptions& outline() const { return outline_; }
   void SetOutline(const OutlineOptions& outline);
-  // Which network the tool Object asks, as MakeMaskNetwork() takes it; empty: none.
+  // The network for the tool Object, as for MakeMaskNetwork(); empty: none.
   void SetNetwork(const std::string& name);
   bool HasTip() const;  // the tool paints with brush()
   double overlay_opacity() const { return style_.opacity; }
   void SetOverlayOpacity(double opacity);
   const QColor& overlay_color() const { return style_.color; }
-  void SetPaintable(bool paintable);  // false: looks only, while the selection is computed
+  void SetPaintable(bool paintable);  // false: only looking, while the selection is computed
 
   const ImageTransform& transform() const { return transform_; }
   void FitView();
-  void ActualSize();  // one image pixel a widget pixel
+  void ActualSize();  // one image pixel is one widget pixel
 
   // Actions of both keys and buttons.
   bool CanUndo() const { return editor_.CanUndo() || !scribbles_.empty(); }
@@ -83,12 +83,12 @@ class SelectionCanvas : public QWidget {
   void SelectAll();
   void SelectNone();
   void ScaleBrush(int steps);
-  void RefineBorder();  // all of it, within the brush's radius
+  void RefineBorder();  // the whole border, within the brush's radius
   bool IsFinding() const { return finder_->IsBusy(); }
-  QString Hint() const;  // what to do next; parts that may be left out are set apart by "  ·  "
-  // Ends the current drawing without a change. False when there was nothing.
+  QString Hint() const;  // the next step; "  ·  " separates parts that may be left out
+  // Ends the current drawing without a change; false if there is none.
   bool CancelDrawing();
-  // Whether this key (with these modifiers) means something here; HandleKey does it.
+  // Whether this key (with these modifiers) has a meaning here. HandleKey() executes it.
   bool WantsKey(const QKeyEvent& event) const;
   bool HandleKey(const QKeyEvent& event);
 
@@ -97,7 +97,7 @@ class SelectionCanvas : public QWidget {
   void optionsChanged();  // tool, brush, outline, opacity
   void hintChanged();
   void findingChanged();  // IsFinding()
-  void found();           // the result shows
+  void found();           // the result is shown
   void notFound(const QString& why);
   void cursorMoved();
   void acceptRequested();
@@ -120,7 +120,7 @@ class SelectionCanvas : public QWidget {
  private:
   bool IsBrush() const { return tool_ == SelectionTool::kBrush || tool_ == SelectionTool::kEraser; }
   bool IsScribble() const { return tool_ == SelectionTool::kScribble; }
-  bool HasCorners() const;  // the drawing is set corner by corner
+  bool HasCorners() const;  // the drawing is a list of corners
   Combine CombineFor(Qt::KeyboardModifiers modifiers) const;
   void Press(const Eigen::Vector2d& at, Qt::KeyboardModifiers modifiers);
   void FinishDrawing();
@@ -129,11 +129,11 @@ class SelectionCanvas : public QWidget {
   void Find(uint64_t gesture, Combine combine, OutlineFinder::Work work);
   void NotFound(const QString& why);
   void Tune(const QPointF& cursor);
-  void FindDrawn();  // the meaning of the drawing so far
+  void FindDrawn();  // finds the outline of the drawing so far
   void FindScribbled();
   void FindRefined(const std::vector<Eigen::Vector2d>& stroke);  // empty: everywhere
   void AddScribble(const Drawing& drawing);
-  bool HasNetwork();  // made when it is first needed; if not, says why
+  bool HasNetwork();  // makes it on first use; emits the reason if it fails
   void UndoScribble();
   void RedoScribble();
   void ForgetScribbles();
@@ -141,7 +141,7 @@ class SelectionCanvas : public QWidget {
   void UpdateCursor();
   void UpdateBrushOutline();
   void ZoomTo(const QPointF& at, double scale);
-  void Moved();  // the transform
+  void Moved();  // transform_ has changed
   void ChooseOverlayColor();
   QRect WidgetRect(const GridRect& rect) const;
   void PaintOverlay(class QPainter& painter, const QRect& clip);
@@ -166,11 +166,11 @@ class SelectionCanvas : public QWidget {
   std::string network_name_;
   std::shared_ptr<const MaskNetwork> network_;
   std::vector<Scribble> scribbles_, undone_;  // undone_: the newest first
-  Mask under_scribbles_;                      // the mask that they add to; may be empty
-  uint64_t gesture_ = 0;                      // the newest
-  uint64_t applied_ = 0;                      // the newest step of the history is its result
+  Mask under_scribbles_;                      // the mask before the scribbles; may be empty
+  uint64_t gesture_ = 0;                      // the newest one
+  uint64_t applied_ = 0;                      // gesture of the newest step of the history
   std::shared_ptr<const Mask> undecided_;
-  uint64_t undecided_of_ = 0;  // which gesture's outline leaves that open
+  uint64_t undecided_of_ = 0;  // gesture of the outline that leaves it open
   Mask hatched_;
   OutlineFinder* finder_;
   SelectionVeil* veil_;

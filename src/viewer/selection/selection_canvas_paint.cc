@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The drawing of the selection canvas.
+// Paints the selection canvas.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -15,7 +15,7 @@
 namespace retint {
 namespace {
 
-constexpr double kLeastOutline = 3;  // widget pixels; a smaller brush is shown as a cross
+constexpr double kLeastOutline = 3;  // widget pixels; a smaller brush is a cross
 
 QPointF ToPoint(const Eigen::Vector2d& point) { return {point.x(), point.y()}; }
 
@@ -27,7 +27,7 @@ void Contrasted(QPainter& painter, const auto& draw) {
   draw();
 }
 
-// On the object or beside it: the sign says it too.
+// A stroke inside or outside the object, with a sign, so that color is not the only signal.
 void PaintStroke(QPainter& painter, const QPolygonF& line, double width, bool outside) {
   const QColor color = outside ? QColor(230, 60, 50) : QColor(40, 190, 90);
   painter.setBrush(Qt::NoBrush);
@@ -60,7 +60,7 @@ void SelectionCanvas::paintEvent(QPaintEvent* event) {
   painter.fillRect(clip, QColor(38, 38, 40));
   if (image_.isNull()) return;
   const QRectF target(ToPoint(transform_.offset), QSizeF(image_.size()) * transform_.scale);
-  // Single pixels show when they are large enough to be painted one by one.
+  // Pixels that are large enough to be painted singly have sharp edges.
   painter.setRenderHint(QPainter::SmoothPixmapTransform, transform_.scale < 4);
   painter.drawImage(target, image_);
   if (!ready_) return;
@@ -127,7 +127,7 @@ void SelectionCanvas::PaintDrawing(QPainter& painter) const {
       break;
   }
   if (HasCorners()) {
-    // Between its corners, the path of the scissors shows as the border of the selection.
+    // Between corners, the border of the selection shows the path of the scissors.
     if (drawing_->tool == SelectionTool::kScissors && outline.size() > 3) {
       Contrasted(painter, [&] { painter.drawLine(outline[outline.size() - 2], outline.last()); });
     } else {
@@ -140,7 +140,7 @@ void SelectionCanvas::PaintDrawing(QPainter& painter) const {
   painter.setPen(QPen(Qt::black, 1));
   for (int i = 0; i + 1 < outline.size(); ++i) {
     painter.setBrush(i == 0 ? QColor(90, 200, 255) : QColor(Qt::white));
-    const double half = i == 0 ? 5 : 3;  // the first closes the polygon
+    const double half = i == 0 ? 5 : 3;  // a click on the first closes the polygon
     painter.drawEllipse(outline[i], half, half);
   }
 }
@@ -173,7 +173,7 @@ void SelectionCanvas::PaintBrush(QPainter& painter) const {
       painter.drawEllipse(*cursor_, core, core);
     }
   }
-  // The effect of the stroke, beside the cursor: + adds, - removes, x intersects.
+  // The effect of the stroke beside the cursor: + adds, - removes, x intersects.
   const Combine combine = CombineFor(modifiers_);
   if (combine == Combine::kReplace || (IsBrush() && combine == Combine::kAdd)) return;
   if (tool_ == SelectionTool::kRefine) return;

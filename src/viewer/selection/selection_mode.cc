@@ -27,10 +27,10 @@
 namespace retint {
 namespace {
 
-constexpr int kCloudCells = 280;  // across a painted view
-constexpr int kLeastWidth = 410;  // pixels of room to paint
+constexpr int kCloudCells = 280;  // across the width of a painted view
+constexpr int kLeastWidth = 410;  // pixels that painting needs
 
-// The selection as it stands in a view: painted there, projected there, or seen from there.
+// The selection in a view: painted there, projected there, or rendered from there.
 Mask MaskOnView(const RegionSelection& selection, const PaintedView& view, EditSession& session) {
   for (const PaintedView& painted : selection.source.painted) {
     const auto names = PaintedNames(session.scene().workspace(), painted);
@@ -43,7 +43,7 @@ Mask MaskOnView(const RegionSelection& selection, const PaintedView& view, EditS
   return session.selection().SeenFrom(selection, view.camera);
 }
 
-// And in the pixels that one paints in.
+// The selection in the pixels to paint on.
 Mask MaskOf(const RegionSelection& selection, const PaintedView& paper, EditSession& session) {
   for (const PaintedView& painted : selection.source.painted) {
     if (IsOnPhoto(paper) && IsOnPhoto(painted) && painted.name == paper.name) return painted.mask;
@@ -72,7 +72,7 @@ ViewLayers LayersOf(const PaintedView& paper, std::span<const float> sh, EditSes
   return layers;
 }
 
-// Of the view of that name, in pixels; 0 where that is not known.
+// The width of a view in pixels; 0 if unknown.
 int WidthOf(const RegionSelection& selection, const std::string& view) {
   const auto mask = selection.masks.find(view);
   if (mask != selection.masks.end()) return mask->second.width;
@@ -89,9 +89,9 @@ std::shared_ptr<OverlayCloud> MakeOverlayCloud(const RegionSelection& selection,
   const auto& points = selection.source.cloud.points;
   if (points.empty() || most_points == 0) return nullptr;
   auto cloud = std::make_shared<OverlayCloud>();
-  // Wider than a mask's test: the points' depth was measured, the scene's is the Gaussians'.
+  // More than for masks: the depth of the points was measured, that of the scene is the Gaussians'.
   cloud->depth_tolerance = 0.05;
-  // One a cell of the painted view, so that the color below shows between them.
+  // One point per cell of the painted view, so that the color below shows in between.
   std::vector<int> cells;
   for (const std::string& source : selection.source.cloud.sources) {
     cells.push_back(std::max(1, WidthOf(selection, source) / kCloudCells));
@@ -109,7 +109,7 @@ std::shared_ptr<OverlayCloud> MakeOverlayCloud(const RegionSelection& selection,
   return cloud;
 }
 
-// The worker's findings about a view.
+// The worker's results for a view.
 struct SelectionMode::Frozen {
   QImage image;
   ViewLayers layers;
@@ -167,7 +167,7 @@ SelectionMode::SelectionMode(SceneController* controller, QWidget* parent)
     if (!canvas_->IsFinding() && std::exchange(accepts_found_, false)) Accept();
   });
   connect(canvas_, &SelectionCanvas::findingChanged, this, [this] {
-    if (!canvas_->IsFinding()) accepts_found_ = false;  // it was given up, or nothing was found
+    if (!canvas_->IsFinding()) accepts_found_ = false;  // it was cancelled, or found nothing
   });
   connect(actions_, &ActionStrip::accept, this, &SelectionMode::Accept);
   connect(actions_, &ActionStrip::cancel, this, &SelectionMode::Leave);
@@ -395,7 +395,7 @@ void SelectionMode::Progressed(const QString& stage, double fraction) {
 // --- Events ------------------------------------------------------------------------------------
 
 bool SelectionMode::event(QEvent* event) {
-  // Keys reach the canvas wherever the focus is within the mode.
+  // Keys reach the canvas if the focus is anywhere in this mode.
   if (event->type() == QEvent::ShortcutOverride && state_ != State::kIdle &&
       canvas_->WantsKey(*static_cast<QKeyEvent*>(event))) {
     event->accept();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Selection mode: one view frozen, painted on, and accepted as a region or as another round of one.
-// Everything long runs on the controller's worker; the widget only shows how far it is.
+// Selection mode: freezes a view to paint on, then accepts the strokes as a region, or as another
+// round of one. Long work runs on the controller's worker; the widget only shows its progress.
 #pragma once
 
 #include <functional>
@@ -26,17 +26,17 @@ class ActionStrip;
 class SceneQuestion;
 class ToolStrip;
 
-// A region's cloud as the scene's canvas draws it; null when it has none. Points that would cover
-// the picture are thinned, and to at most `most_points`.
+// A region's cloud for the scene's canvas; null if it has none. Thins out points that would cover
+// the picture, to at most `most_points`.
 std::shared_ptr<OverlayCloud> MakeOverlayCloud(const RegionSelection& selection,
                                                size_t most_points = 200000);
 
-// The picture in which selection mode is entered.
+// How to enter selection mode.
 struct SelectionEntry {
-  QString view;  // of a view or a distorted photo of the workspace; empty: `camera` stands freely
-  PosedCamera camera;   // in whose pixels one paints: the view's, the photo's, or any pinhole
-  RegionId region = 0;  // the region that the round extends and erases; 0: a new one
-  QImage picture;       // shown until the sharp view has been rendered; may be null
+  QString view;         // of a view or a distorted photo of the workspace; empty: `camera` is free
+  PosedCamera camera;   // camera of the painted pixels: the view's, the photo's, or any pinhole
+  RegionId region = 0;  // the round extends and erases this region; 0: a new one
+  QImage picture;       // shown until the sharp view is rendered; may be null
 };
 
 class SelectionMode : public QWidget {
@@ -45,13 +45,13 @@ class SelectionMode : public QWidget {
  public:
   explicit SelectionMode(SceneController* controller, QWidget* parent = nullptr);
 
-  // Freezes a view: ready() follows. Entering where one left without accepting goes on with the
-  // same strokes and their history. False when no scene is open or a selection is being computed.
+  // Freezes a view, then emits ready(). If the user left the same place without accepting, strokes
+  // and history are still there. False if no scene is open, or a selection is being computed.
   bool Enter(const SelectionEntry& entry);
-  // Depth, cloud, registration and masks, then the region: accepted(). message() says why a
-  // selection cannot be accepted; failures and cancelling lead back to painting.
+  // Computes depth, cloud, registration, masks, then the region: accepted(). message() says why a
+  // selection cannot be accepted. After a failure or a cancellation, the user can go on painting.
   void Accept();
-  // Out of the mode; strokes are kept for the next visit. While computing: cancels that instead.
+  // Leaves the mode and keeps the strokes for the next visit. During a computation: cancels that.
   void Leave();
 
   enum class State { kIdle, kRendering, kPainting, kComputing };
@@ -60,24 +60,24 @@ class SelectionMode : public QWidget {
   SelectionCanvas& canvas() { return *canvas_; }
   SceneQuestion& question() { return *question_; }
   QString message() const;
-  // Whether there are strokes that were not accepted, also of a view that was left. Entering
-  // anywhere else gives them up.
+  // Whether there are strokes that were not accepted, even on a view that was left. Entering at
+  // another place discards them.
   bool HoldsPaint() const;
-  // Whether entering there goes on with the strokes of the last visit: the region is still what it
-  // was painted on.
+  // Whether Enter() would continue with the strokes of the last visit. The region must not have
+  // changed since.
   bool Resumes(const SelectionEntry& entry) const;
-  // Of the next Accept().
+  // For the next Accept().
   const SelectOptions& select_options() const { return select_; }
   const ProjectorOptions& projector_options() const { return project_; }
   void SetSelectOptions(const SelectOptions& options) { select_ = options; }
   void SetProjectorOptions(const ProjectorOptions& options);
 
  Q_SIGNALS:
-  void reachChanged();                 // projector_options(), by the choice in the tool strip
-  void ready();                        // the view can be painted
-  void accepted(retint::RegionId id);  // a region was made or changed; the mode is over
+  void reachChanged();                 // projector_options(), through the choice in the tool strip
+  void ready();                        // painting can begin
+  void accepted(retint::RegionId id);  // a region is new or changed; the mode has ended
   void left();                         // without a change
-  // Something else than the mode's own work failed meanwhile, of which it says nothing.
+  // Other work failed in the meantime, which message() does not report.
   void otherFailed(const QString& label, const QString& message);
 
  protected:
@@ -110,14 +110,14 @@ class SelectionMode : public QWidget {
   ProjectorOptions project_;
   State state_ = State::kIdle;
   SelectionEntry entry_;
-  std::vector<RegionId> targets_;     // as listed; 0: a new region
+  std::vector<RegionId> targets_;     // in the order of the list; 0: a new region
   Mask before_;                       // the mask on entering
-  SceneController::TaskId task_ = 0;  // the mode's own that runs
-  uint64_t visit_ = 0;                // tells the answers for this visit from late ones
-  // Of the strokes that the canvas holds: where they belong.
+  SceneController::TaskId task_ = 0;  // the current one of this mode
+  uint64_t visit_ = 0;                // identifies this visit, to ignore late answers for another
+  // Where the strokes of the canvas belong.
   std::shared_ptr<const RegionSelection> draft_selection_;
   bool has_draft_ = false;
-  bool accepts_found_ = false;  // accepts once the outline that is looked for is found
+  bool accepts_found_ = false;  // accept as soon as the current search has an outline
 };
 
 }  // namespace retint

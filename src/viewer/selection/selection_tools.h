@@ -18,9 +18,9 @@ enum class SelectionTool {
   kRectangle,
   kLasso,
   kPolygon,
-  // These find the outline, as `retint mask` does (selection/mask_tools/).
+  // These find an outline, as `retint mask` does (selection/mask_tools/).
   kScribble,
-  kObject,  // a network of the user's own proposes it
+  kObject,  // the user's own network proposes it
   kWand,
   kScissors,
   kSphere,
@@ -30,14 +30,14 @@ enum class SelectionTool {
 };
 
 struct OutlineOptions {
-  WandOptions wand;                   // its pixel is where one clicks
+  WandOptions wand;                   // its pixel is the clicked one
   double like = WandOptions().color;  // OKLab distance of "like this color"
-  double box_margin = 0.1;            // of the size of the dragged box, on each side
+  double box_margin = 0.1;            // of the dragged box's size, on each side
   BrushOptions scribble = {4, 1};
 };
 
-// A shape while it is drawn; positions in the image. What a tool that finds the outline makes of
-// it shows already, and is replaced as the drawing goes on.
+// An unfinished shape; positions in the image. Tools that find an outline already show the result
+// for the drawing so far.
 struct Drawing {
   SelectionTool tool;
   Combine combine;
@@ -45,8 +45,8 @@ struct Drawing {
   uint64_t gesture;  // see OutlineFinder
 };
 
-// The wand and "like this color" follow the mouse until it is let go: to the right more tolerance,
-// to the left less.
+// Wand and "like this color" follow the mouse until its release: more tolerance to the right, less
+// to the left.
 struct Tuning {
   Combine combine;
   Eigen::Vector2d at;  // image
@@ -56,16 +56,16 @@ struct Tuning {
   bool asked = false;
 };
 
-// A stroke on the object or beside it. What all of them together mean is found after each; strokes
-// that were drawn meanwhile share a gesture and a step of the history.
+// A stroke on the object or beside it. After each one, an outline is found for all of them. Strokes
+// drawn during a search share a gesture and a step of the history.
 struct Scribble {
   std::vector<Eigen::Vector2d> points;  // image
   double width;                         // pixels of the image
   bool outside;
   uint64_t gesture;
-  bool object = false;  // for the network: a point, or two corners of a rectangle
-  bool found = false;   // the mask shows it
-  bool step = false;    // which was a step of the history
+  bool object = false;  // for the network: one point, or two corners of a rectangle
+  bool found = false;   // the mask includes it
+  bool step = false;    // this was a step of the history
 };
 
 }  // namespace retint

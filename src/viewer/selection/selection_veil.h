@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What paint selects by a look ahead, as a mask of the view that is painted: laid over it beside
-// the paint (ComposeVeil), as long as that is not accepted.
+// A preview of the selection, as a mask of the painted view. It lies over the view beside the paint
+// (ComposeVeil) until the user accepts.
 #pragma once
 
 #include <QObject>
@@ -17,18 +17,18 @@ class SelectionVeil : public QObject {
  public:
   explicit SelectionVeil(QObject* parent = nullptr);
 
-  const Mask& mask() const { return mask_; }  // no pixels: nothing shows
+  const Mask& mask() const { return mask_; }  // empty: nothing is shown
   double opacity() const;                     // below 1 while it fades
   void Show(Mask mask);
-  void Fade();   // away, in a moment
+  void Fade();   // disappears in a moment
   void Clear();  // at once
 
  Q_SIGNALS:
-  void changed(const retint::GridRect& part);  // that looks different now; may be empty
+  void changed(const retint::GridRect& part);  // pixels that look different now; may be empty
 
  private:
   Mask mask_;
-  GridRect inside_;  // holds its inside part
+  GridRect inside_;  // bounds of its inside
   QVariantAnimation fade_;
 };
 

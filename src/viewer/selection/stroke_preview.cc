@@ -16,13 +16,13 @@
 namespace retint {
 namespace {
 
-// Of a round. What is left for a later one then comes first: of a large scene a stroke shows in one
-// picture after the other, and whoever accepts need not wait for all of them.
+// Longest round. Remaining views come first in the next one. In a large scene, a stroke shows in
+// one picture after the other, so that accepting does not wait for all.
 constexpr double kRoundMs = 400;
-// Pixels of a veil, about a canvas's; larger pictures are rendered smaller.
+// Side of a veil in pixels, about that of a canvas; larger pictures are rendered smaller.
 constexpr int kVeilSide = 960;
 
-// A picture that is laid over the view's: the inside in `color`, its border opaque.
+// A picture over the view's: the inside in `color`, with an opaque border.
 QImage Overlay(const Mask& mask, const QColor& color) {
   QImage image(mask.width, mask.height, QImage::Format_ARGB32_Premultiplied);
   image.fill(Qt::transparent);
@@ -55,7 +55,7 @@ std::vector<float> SharesOf(EditSession& session, const PaintedView& painted,
   return shares;
 }
 
-// By the nearest pixels.
+// By nearest pixels.
 Mask Enlarged(const Mask& small, int width, int height) {
   if (small.width == width && small.height == height) return small;
   std::vector<int> columns;
@@ -75,7 +75,7 @@ Mask Lifted(Renderer& renderer, const PosedCamera& view, const std::vector<float
                   height);
 }
 
-// The selection of the Gaussians' shares, in the pixels of the painted picture.
+// The selection by the Gaussians' shares, in the pixels of the painted picture.
 Mask VeilOf(EditSession& session, const PaintedView& painted, const std::vector<float>& shares) {
   Renderer& renderer = session.scene().renderer();
   if (!IsOnPhoto(painted)) return Lifted(renderer, painted.camera, shares);
@@ -89,14 +89,14 @@ Mask VeilOf(EditSession& session, const PaintedView& painted, const std::vector<
 
 }  // namespace
 
-// One answer of the worker's, as it comes to be.
+// One round of the worker's answers.
 struct StrokePreview::Round {
   PaintedView paint;
   std::shared_ptr<const RegionSelection> base;
   std::vector<std::string> views;  // pictures, by name
   QColor color;
-  size_t shown = 0;           // of the views
-  std::vector<float> shares;  // of the paint, once the worker knows them
+  size_t shown = 0;           // number of views done
+  std::vector<float> shares;  // for the paint, once computed
 };
 
 StrokePreview::StrokePreview(SceneController* controller, SelectionMode* mode, QObject* parent)
@@ -107,7 +107,7 @@ StrokePreview::StrokePreview(SceneController* controller, SelectionMode* mode, Q
   }
   connect(mode_, &SelectionMode::accepted, this, &StrokePreview::Ask);
   connect(controller_, &SceneController::closed, this, [this] {
-    busy_ = false;  // nobody answers for a scene that is gone
+    busy_ = false;  // a closed scene gives no answer
     Ask();
   });
 }
@@ -123,7 +123,7 @@ void StrokePreview::Ask() {
                         mode_->canvas().editor().AnyInside();
   if (!painting) {
     again_ = false;
-    // What is being accepted stays until it is.
+    // During accepting, the preview stays.
     if (enabled_ && mode_->state() == SelectionMode::State::kComputing) return;
     if (std::exchange(any_, false)) {
       mode_->canvas().veil().Fade();
@@ -184,7 +184,7 @@ void StrokePreview::Take(const std::shared_ptr<Round>& round) {
             });
           }
         } catch (const std::exception&) {
-          // A look ahead that nobody waits for; accepting says what is wrong.
+          // Only a preview: the fault shows when the user accepts.
           round->shown = round->views.size();
         }
       },

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Shows what a stroke selects while it is drawn: PaintShares() of the paint so far, rendered as the
-// veil of the view that is painted, then small in other views, one after the other. If strokes come
-// faster than pictures, the newest waits and those between are dropped; nobody waits for more than
+// Previews the selection of a stroke while the user draws: renders PaintShares() of the paint so
+// far. The painted view shows it as a veil, then other views as small pictures, one after the
+// other. If strokes come faster than pictures, only the newest waits. Other work waits for at most
 // one round of pictures.
 #pragma once
 
@@ -24,22 +24,22 @@ class StrokePreview : public QObject {
   Q_OBJECT
 
  public:
-  // The views and photos whose small pictures are on the screen.
+  // Views and photos with a thumbnail on the screen.
   using Visible = std::function<std::vector<std::string>()>;
 
   StrokePreview(SceneController* controller, SelectionMode* mode, QObject* parent = nullptr);
   void SetVisible(Visible visible) { visible_ = std::move(visible); }
   bool enabled() const { return enabled_; }
-  void SetEnabled(bool enabled);  // false: shows nothing
-  // How many rounds of pictures there were.
+  void SetEnabled(bool enabled);  // false: no preview
+  // The number of rounds of pictures so far.
   int rounds() const { return rounds_; }
   bool IsBusy() const { return busy_; }
 
  Q_SIGNALS:
-  // The selection in a view or a photo, transparent elsewhere.
+  // The selection in a view or a photo; transparent elsewhere.
   void shown(const QString& view, const QImage& overlay);
-  void finished();  // every view that was visible shows the newest paint
-  void cleared();   // the mode is over, or nothing is painted
+  void finished();  // all visible views show the newest paint
+  void cleared();   // the mode has ended, or there is no paint
 
  private:
   struct Round;
@@ -51,7 +51,7 @@ class StrokePreview : public QObject {
   Visible visible_;
   bool enabled_ = true, busy_ = false, again_ = false, any_ = false;
   int rounds_ = 0;
-  size_t first_ = 0;  // view that the next round begins with
+  size_t first_ = 0;  // first view of the next round
 };
 
 }  // namespace retint

@@ -18,7 +18,7 @@
 namespace retint {
 namespace {
 
-constexpr int kMargin = 12;  // pixels to the edges of what it lies over
+constexpr int kMargin = 12;  // pixels to the edges of the parent
 constexpr int kWidest = 680;
 constexpr QSize kPicture(96, 72);
 
@@ -28,7 +28,7 @@ Banner::Banner(QWidget* over) : QFrame(over) {
   setObjectName("banner");
   setFrameShape(QFrame::StyledPanel);
   setAutoFillBackground(true);
-  setAttribute(Qt::WA_NoMousePropagation);  // a click on it paints nothing
+  setAttribute(Qt::WA_NoMousePropagation);  // a click on the banner does not paint
   setCursor(Qt::ArrowCursor);
   picture_ = new QToolButton;
   picture_->setObjectName("banner_picture");
@@ -47,7 +47,7 @@ Banner::Banner(QWidget* over) : QFrame(over) {
   close_->setFocusPolicy(Qt::TabFocus);
   close_->setToolTip(tr("Close"));
   close_->setAccessibleName(tr("Close"));
-  // Buttons below the text, so that neither is squeezed where the canvas is narrow.
+  // The buttons are below the text, so that both fit a narrow canvas.
   auto* column = new QVBoxLayout;
   column->addWidget(text_, 1);
   buttons_ = new QHBoxLayout;
@@ -85,7 +85,7 @@ void Banner::Show(Message message) {
   while (buttons_->count() > 1) {  // the first is the stretch
     QLayoutItem* item = buttons_->takeAt(1);
     item->widget()->hide();
-    item->widget()->deleteLater();  // it may be the one that was pressed
+    item->widget()->deleteLater();  // it may be the pressed one
     delete item;
   }
   for (size_t i = 0; i < message_.answers.size(); ++i) {
@@ -126,7 +126,7 @@ void Banner::Place() {
   raise();
 }
 
-// The window has shortcuts for these keys.
+// The window has shortcuts for these keys, too.
 bool Banner::event(QEvent* event) {
   if (event->type() == QEvent::ShortcutOverride) {
     const int key = static_cast<QKeyEvent*>(event)->key();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A line that lies over a canvas and stays until it is answered: what matters, or needs an answer,
-// must not vanish as a line of the status bar does. It never takes the keyboard from the canvas.
+// A line over a canvas that stays until the user answers it. Important messages and questions must
+// not vanish, as lines of the status bar do. It never takes the keyboard from the canvas.
 #pragma once
 
 #include <functional>
@@ -20,25 +20,25 @@ class Banner : public QFrame {
   Q_OBJECT
 
  public:
-  // A button. Whichever is pressed closes the banner first.
+  // A button. Pressing one first closes the banner.
   struct Answer {
     QString text;
     QString tip = {};
-    std::function<void()> act = {};  // none: it only closes
+    std::function<void()> act = {};  // none: only close the banner
   };
   struct Message {
     QString text;
-    // The first one is the default: Return chooses it while the banner has the keyboard. Without
-    // answers there is a button that closes.
+    // The first is the default: Return chooses it while the banner has the keyboard. Without
+    // answers, the banner has a button to close it.
     std::vector<Answer> answers = {};
     QImage picture = {};                // shown small; may be null
     std::function<void()> open = {};    // a click on the picture
-    std::function<void()> closed = {};  // it went, by an answer or without one
+    std::function<void()> closed = {};  // it has closed, with or without an answer
   };
 
-  explicit Banner(QWidget* over);  // its parent, at whose lower edge it lies
+  explicit Banner(QWidget* over);  // its parent; it lies at the lower edge
 
-  void Show(Message message);  // instead of what it showed
+  void Show(Message message);  // replaces the message that is shown
   void Close();
   bool IsShown() const { return !isHidden(); }
   bool Asks() const { return IsShown() && !message_.answers.empty(); }

@@ -8,7 +8,7 @@
 #include <QImageReader>
 #include <QPixmap>
 
-// You must ask for a resource of a static library, outside any namespace.
+// Qt requires this for resources of a static library, outside any namespace.
 static void LoadResources() { Q_INIT_RESOURCE(icons); }
 
 namespace retint {
@@ -23,7 +23,7 @@ QIcon MakeIcon(const char* name, const QPalette& palette) {
                                     std::pair{QIcon::Disabled, QPalette::Disabled}}) {
     QByteArray tinted = drawing;
     tinted.replace("currentColor", palette.color(group, QPalette::ButtonText).name().toLatin1());
-    for (const int size : {20, 40, 60}) {  // screens of 100, 200 and 300 %
+    for (const int size : {20, 40, 60}) {  // for screens at 100, 200 and 300 %
       QBuffer buffer(&tinted);
       QImageReader reader(&buffer, "svg");
       reader.setScaledSize({size, size});

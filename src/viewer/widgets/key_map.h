@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the window can be told by key and mouse, and which keys and buttons mean it: SuperSplat's.
+// The commands of keys and mouse in the window, and their keys and buttons, which are SuperSplat's.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@
 
 namespace retint {
 
-// Where a key counts. Two commands of one context may not share a key, nor with kAlways.
+// Where a key works. Two commands of one context, or one and kAlways, must not share a key.
 enum class KeyContext { kAlways, kExplore };
 
 struct Command {
@@ -20,27 +20,27 @@ struct Command {
   const char* group;  // heading in the key list
   const char* title;  // "Frame selection or scene"
   KeyContext context;
-  bool held;         // acts while the key is down; else once
-  const char* keys;  // as Qt writes them: "Ctrl+Shift+Z, Ctrl+Y"
+  bool held;         // acts as long as the key is down, otherwise once
+  const char* keys;  // in Qt's notation: "Ctrl+Shift+Z, Ctrl+Y"
 };
 
-// All of them, in the order of the key list.
+// All commands, in the order of the key list.
 const std::vector<Command>& Commands();
 const Command* FindCommand(std::string_view id);
 
-// What dragging does.
+// The effect of a drag.
 enum class MouseGesture { kOrbit, kPan, kZoom, kLook };
 
 QList<QKeySequence> KeysOf(std::string_view command);
-// "F, Home", as the user's system writes them.
+// "F, Home", in the notation of the user's system.
 QString KeyText(std::string_view command);
 // "right drag, Shift+left drag".
 QString MouseText(MouseGesture gesture);
 // The gesture of a drag with exactly these modifiers.
 std::optional<MouseGesture> GestureOf(Qt::MouseButton button, Qt::KeyboardModifiers modifiers);
-// The held command of a key. Shift and Alt do not count: they change how fast one flies.
+// The held command of a key. Ignores Shift and Alt, which change the speed of flying.
 const Command* HeldCommand(int key, Qt::KeyboardModifiers modifiers);
-// Whether exactly this is a key of a command that is not held.
+// Whether this is the key of a command that is not held.
 bool IsShortcut(QKeyCombination key);
 
 }  // namespace retint

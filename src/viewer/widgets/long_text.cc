@@ -11,15 +11,15 @@
 namespace retint {
 namespace {
 
-constexpr QChar kBreak(0x200B);  // a space without width
+constexpr QChar kBreak(0x200B);  // a space of width 0
 
 }  // namespace
 
 QString Breakable(const QString& text, int long_word) {
   QString result;
-  int run = 0;  // of characters in one word
+  int run = 0;  // number of characters in the word
   for (const QChar c : text) {
-    const bool breaks = c.isSpace() || c == '/' || c == '-';  // lines break there anyway
+    const bool breaks = c.isSpace() || c == '/' || c == '-';  // lines break there already
     run = breaks ? 0 : run + 1;
     if (run > long_word && !c.isLowSurrogate() && !c.isMark()) result += kBreak;
     result += c;
@@ -69,7 +69,7 @@ ElidedButton::ElidedButton(const QString& title) : title_(title) {
 }
 
 void ElidedButton::ShowTitle() {
-  constexpr int kAround = 16;  // pixels of the frame and its padding
+  constexpr int kAround = 16;  // pixels for the frame and its padding
   setText(fontMetrics().elidedText(title_, Qt::ElideMiddle, width() - kAround).replace("&", "&&"));
 }
 

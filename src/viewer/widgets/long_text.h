@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Names in labels: one that is long and has no spaces must not make its panel wider.
+// Long names in labels. Without spaces, they would make their panel wider.
 #pragma once
 
 #include <QLabel>
@@ -8,13 +8,13 @@
 
 namespace retint {
 
-// The same text for a label that wraps its lines. Words of more than `long_word` characters may be
-// broken anywhere.
+// The text for a label that wraps its lines. Words longer than `long_word` characters can break
+// anywhere.
 QString Breakable(const QString& text, int long_word = 24);
-// As long as `owner` lives, text that is copied from such a label is as it was.
+// While `owner` lives, text copied from such a label is the original text.
 void CopyUnbroken(QObject* owner);
 
-// One line, cut short where there is no room for it. Its tool tip is then the whole of it.
+// One line. If there is not enough room, it is cut, and its tool tip shows the whole text.
 class ElidedLabel : public QLabel {
  public:
   ElidedLabel();
@@ -28,7 +28,7 @@ class ElidedLabel : public QLabel {
   QString Shown() const;
 };
 
-// The same, of a button; its middle is cut.
+// The same for a button; its text is cut in the middle.
 class ElidedButton : public QPushButton {
  public:
   explicit ElidedButton(const QString& title);

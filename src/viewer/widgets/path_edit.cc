@@ -36,7 +36,7 @@ void PathEdit::dropEvent(QDropEvent* event) {
   TakeCopy(event);
   if (!event->isAccepted()) return;
   selectAll();
-  insert(paths.front());  // as if typed
+  insert(paths.front());  // as if the user had typed it
 }
 
 }  // namespace retint

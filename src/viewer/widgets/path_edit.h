@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Files and folders from other programs: what a drop holds, and a field that takes a path.
+// Files and folders dragged from other programs, and a field for a path.
 #pragma once
 
 #include <QLineEdit>
@@ -10,13 +10,13 @@ class QMimeData;
 
 namespace retint {
 
-// Of the files and folders of this machine that are dragged; empty where there are none.
+// The dragged files and folders of this machine; empty if there are none.
 QStringList LocalPaths(const QMimeData& dragged);
-// Takes a drag or drop as a copy, where it may be one: a program that was told of a move might
-// delete the files.
+// Accepts a drag or drop as a copy, if it allows one. After a move, the other program might delete
+// the files.
 void TakeCopy(QDropEvent* event);
 
-// A path that is typed, or dropped: then it replaces the one before.
+// A path to type or to drop. A drop replaces the path before.
 class PathEdit : public QLineEdit {
  public:
   using QLineEdit::QLineEdit;

@@ -16,7 +16,7 @@ namespace {
 
 constexpr char kSetting[] = "first_steps_done";
 constexpr int kMargin = 12;
-constexpr int kLookMs = 4000;  // at the last tick
+constexpr int kLookMs = 4000;  // time to see the last tick
 
 QString TextOf(int step) {
   switch (step) {
@@ -80,7 +80,7 @@ void FirstSteps::Finish() {
   deleteLater();
 }
 
-// The next step is the bold one.
+// The next step is bold.
 void FirstSteps::Describe() {
   const size_t next = size_t(std::ranges::find(done_, false) - done_.begin());
   for (size_t i = 0; i < lines_.size(); ++i) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A list in a corner of the canvas that leads through a first recolor. It ticks itself and then
-// goes away for good.
+// A list in a corner of the canvas that guides the user to a first recolor. It ticks its steps,
+// then disappears for good.
 #pragma once
 
 #include <array>
@@ -20,10 +20,10 @@ class FirstSteps : public QFrame {
 
   explicit FirstSteps(QWidget* parent);
 
-  // It lies at the lower left corner of `area`, which is inside its parent; null: it is hidden.
+  // Shows it at the lower left corner of `area`, a part of its parent; null: hides it.
   void ShowOver(QWidget* area);
 
-  // False once all steps were done, or it was closed, also in another run of the program.
+  // False after all steps were done or the user closed it, also in an earlier run.
   static bool IsWanted();
   void SetDone(Step step);
   bool IsDone(Step step) const { return done_[step]; }

@@ -12,7 +12,7 @@
 namespace retint {
 namespace {
 
-constexpr double kRound = 4;  // of corners, pixels
+constexpr double kRound = 4;  // radius of corners, pixels
 constexpr int kGroove = 4;    // of sliders and progress
 
 QColor WithAlpha(QColor color, int alpha) {
@@ -22,7 +22,7 @@ QColor WithAlpha(QColor color, int alpha) {
 
 bool Has(const QStyleOption& option, QStyle::StateFlag flag) { return (option.state & flag) != 0; }
 
-// The line about a control; the accent where the keyboard is.
+// The outline of a control; in the accent color if it has the keyboard.
 QColor LineOf(const QStyleOption& option) {
   const bool marked = Has(option, QStyle::State_HasFocus) && Has(option, QStyle::State_Enabled);
   return option.palette.color(marked ? QPalette::Highlight : QPalette::Mid);
@@ -39,7 +39,7 @@ void Fill(QPainter& painter, const QRectF& rect, const QColor& fill, const QColo
   painter.restore();
 }
 
-// What the pointer or a press adds.
+// The shade for a hovered or pressed control.
 QColor Shade(const QStyleOption& option) {
   if (!Has(option, QStyle::State_Enabled)) return {};
   const QColor text = option.palette.color(QPalette::ButtonText);
@@ -159,7 +159,7 @@ void DrawProgress(const QStyleOptionProgressBar& bar, QPainter& painter) {
   Fill(painter, part, colors.color(QPalette::Mid), {}, kGroove / 2.0);
   if (span > 0)
     part.setWidth(part.width() * std::clamp((bar.progress - bar.minimum) / span, 0., 1.));
-  if (span <= 0) part.adjust(part.width() / 3, 0, -part.width() / 3, 0);  // how far is not known
+  if (span <= 0) part.adjust(part.width() / 3, 0, -part.width() / 3, 0);  // unknown progress
   if (part.width() > 0) Fill(painter, part, colors.color(QPalette::Highlight), {}, kGroove / 2.0);
 }
 
@@ -260,7 +260,7 @@ void FlatStyle::drawControl(ControlElement element, const QStyleOption* option, 
       break;
     case CE_ToolButtonLabel:
       if (const auto* button = qstyleoption_cast<const QStyleOptionToolButton*>(option)) {
-        // Qt's own picture of this arrow is black, also on a dark tool bar.
+        // Qt's own arrow is black, even on a dark tool bar.
         if (widget && widget->objectName() == "qt_toolbar_ext_button") {
           return proxy()->drawItemText(painter, option->rect, Qt::AlignCenter, colors, true,
                                        QStringLiteral("»"), QPalette::ButtonText);
@@ -281,7 +281,7 @@ void FlatStyle::drawComplexControl(ComplexControl control, const QStyleOptionCom
                                    QPainter* painter, const QWidget* widget) const {
   switch (control) {
     case CC_ToolButton:
-      // Qt draws no panel of one that nobody points at.
+      // Qt draws no panel for a tool button without hover.
       if (IsPrimary(*option, widget)) DrawToolButton(*option, *painter, widget);
       break;
     case CC_ComboBox:
@@ -363,7 +363,7 @@ void FlatStyle::DrawScrollBar(const QStyleOptionComplex& option, QPainter& paint
 
 int FlatStyle::styleHint(StyleHint hint, const QStyleOption* option, const QWidget* widget,
                          QStyleHintReturn* answer) const {
-  // Icons say what a button does where they are drawn for it, not beside Cancel.
+  // Icons explain buttons that were designed with them, but not Cancel.
   if (hint == SH_DialogButtonBox_ButtonsHaveIcons) return 0;
   return QProxyStyle::styleHint(hint, option, widget, answer);
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Looks of every control: flat, round corners, lines of one color, one accent. Sizes are Fusion's.
+// The style of all controls: flat, round corners, lines of one color, one accent, Fusion's sizes.
 #pragma once
 
 #include <QProxyStyle>
 
 namespace retint {
 
-// A button with this property, and the default button of a dialog, is filled with the accent.
+// Buttons with this property, and default buttons of dialogs, are filled with the accent color.
 constexpr char kPrimary[] = "primary";
 
 class FlatStyle : public QProxyStyle {

@@ -35,7 +35,7 @@ FrameFinder::FrameFinder(QObject* parent)
       splat_(std::make_shared<Splat>()),
       worker_(std::make_unique<SceneWorker>(
           [this](const Progress& progress) {
-            // Reading takes little of the time; "points" and "align" follow one another.
+            // Reading is fast; the stages "points" and "align" alternate.
             if (progress.stage != "align") return;
             retint::Post(this, [this, at = progress.fraction] { Q_EMIT progressed(at); });
           },

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether a splat lies in the frame of its workspace and, where it does not, how it lies: what the
-// open dialog asks before anything is opened. Lives on the GUI thread, works on one of its own; all
-// signals come on the GUI thread.
+// Finds out whether a splat lies in the frame of its workspace, and its pose if it does not. The
+// open dialog asks before it opens a scene. Lives on the GUI thread and works on its own; signals
+// are on the GUI thread.
 #pragma once
 
 #include <filesystem>
@@ -25,13 +25,13 @@ class FrameFinder : public QObject {
   explicit FrameFinder(QObject* parent = nullptr);
   ~FrameFinder() override;  // cancels and joins
 
-  // Do renders and photos agree as the request has it? checked() or failed(). An earlier request is
-  // cancelled and answers no more; so also below.
+  // Do renders and photos agree for this request? Emits checked() or failed(). Cancels an earlier
+  // request, which is never answered; so do the other calls.
   void Check(const OpenRequest& request);
-  // retint align, from where the request says that the splat lies: progressed(), then aligned() or
+  // Runs retint align from the request's pose of the splat: progressed(), then aligned() or
   // failed().
   void Align(const OpenRequest& request);
-  // No answer comes any more, and the splat that was read is let go.
+  // Ends all answers, and frees the splat that was read.
   void Cancel();
 
  Q_SIGNALS:
@@ -42,13 +42,13 @@ class FrameFinder : public QObject {
   void failed(const QString& message);
 
  private:
-  struct Splat;  // as it was read last, for the next question
+  struct Splat;  // the last one read, for the next request
 
   template <typename Ask, typename Answer>
   void Post(const OpenRequest& request, Ask ask, Answer answer);
 
-  std::shared_ptr<Splat> splat_;  // used on the worker alone
-  int question_ = 0;              // the newest; answers to others are dropped
+  std::shared_ptr<Splat> splat_;  // used only on the worker
+  int question_ = 0;              // newest request; answers to earlier ones are dropped
   std::unique_ptr<SceneWorker> worker_;
 };
 

@@ -13,7 +13,7 @@
 namespace retint {
 namespace {
 
-// Hints that keys do not say themselves.
+// Mouse hints, which are not keys.
 const KeyRow kSelectionMouse[] = {
     {"Selection mode", "Erase with the brush", "hold Ctrl"},
     {"Selection mode", "Scribble on what is not the object", "hold Ctrl"},
@@ -32,7 +32,7 @@ const KeyRow kRegionRows[] = {
     {"List of regions", "Move up, down", "Alt+Up, Alt+Down, drag"},
 };
 
-// Keys of one meaning in one row.
+// Keys with the same meaning share a row.
 std::vector<KeyRow> SelectionRows() {
   std::vector<KeyRow> rows;
   for (const SelectionKey& key : SelectionKeys()) {
@@ -108,7 +108,7 @@ KeysDialog::KeysDialog(QWidget* parent) : QDialog(parent) {
   layout->addWidget(close);
 }
 
-// A frame takes a part of the room.
+// The window frame needs some of the room.
 QSize KeysDialog::FirstSize(const QSize& room, const QFontMetrics& font) {
   constexpr int kWide = 88, kHigh = 44;  // characters, lines
   constexpr QSize kAround(24, 72);

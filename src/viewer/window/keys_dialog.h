@@ -14,11 +14,11 @@ class KeysDialog : public QDialog {
 
  public:
   explicit KeysDialog(QWidget* parent = nullptr);
-  // On a screen with this much room; the list scrolls.
+  // For a screen with this much room; the list scrolls.
   static QSize FirstSize(const QSize& room, const QFontMetrics& font);
 };
 
-// Rows of (group, what, keys) of everything: commands, mouse, selection mode.
+// Rows of the list: commands, mouse, selection mode.
 struct KeyRow {
   QString group, what, keys;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The window's dealings with files: opening, sessions, exports, and the questions that go with
-// them. No question blocks the program: each is a dialog whose answer arrives later.
+// The window's work with files: opening, sessions, exports, and their questions. Questions do not
+// block the program: each is a dialog with a later answer.
 #include <algorithm>
 #include <utility>
 
@@ -31,7 +31,7 @@
 namespace retint {
 namespace {
 
-constexpr int kRecentWidth = 600;  // of a line in the menu, pixels
+constexpr int kRecentWidth = 600;  // of a menu line, pixels
 
 std::filesystem::path Path(const QString& text) { return text.toStdString(); }
 bool SamePath(const std::filesystem::path& a, const std::filesystem::path& b) {
@@ -40,7 +40,7 @@ bool SamePath(const std::filesystem::path& a, const std::filesystem::path& b) {
 }
 QString Text(const std::filesystem::path& path) { return QString::fromStdString(path.string()); }
 
-// And in the menu: paths may be longer than a screen is wide.
+// Shortened for the menu, because paths may be wider than the screen.
 QString RecentLine(const QString& entry, const QFontMetrics& metrics) {
   return metrics.elidedText(RecentTitle(entry), Qt::ElideMiddle, kRecentWidth).replace("&", "&&");
 }
@@ -77,7 +77,7 @@ void MainWindow::OpenRequested(const OpenRequest& request, bool from_form) {
   });
 }
 
-// If a form was filled in, it comes back with the reason; else only the reason is shown.
+// A filled-in form comes back with the reason. Otherwise, only the reason is shown.
 void MainWindow::OnOpenFailed(const QString& message) {
   ShowPage();
   if (!form_) return ShowError(tr("The scene cannot be opened"), message);
@@ -118,7 +118,7 @@ void MainWindow::OpenSession(const std::filesystem::path& folder, const std::str
 
 void MainWindow::SplitGaussians(RegionId region) {
   if (!controller_->regions().Find(region)) return;
-  // The dialog sees the name that was typed, to which an ending may be added.
+  // The dialog sees the typed name, but an extension may be added to it.
   QString path = QFileDialog::getSaveFileName(
       this, tr("Write the finer splat"), Text(ProposedOutput("-finer.ply")),
       tr("3D Gaussian Splatting (*.ply)"), nullptr, QFileDialog::DontConfirmOverwrite);
@@ -135,7 +135,7 @@ void MainWindow::SplitGaussians(RegionId region) {
 }
 
 void MainWindow::SplitInto(RegionId region, const QString& path) {
-  if (!controller_->IsOpen()) return;  // closed while it was asked
+  if (!controller_->IsOpen()) return;  // closed during the question
   OpenRequest request = controller_->facts()->request;
   request.splat = Path(path);
   opening_ = RecentEntry(request);
@@ -164,7 +164,7 @@ void MainWindow::OpenPaths(const QStringList& paths) {
   request.splat =
       Path(dropped.splat.isEmpty() && !dropped.workspace.isEmpty() ? GuessSplat(dropped.workspace)
                                                                    : dropped.splat);
-  // A splat alone is meant for the workspace that is open.
+  // A splat without a workspace goes with the open workspace.
   if (request.workspace.empty() && controller_->IsOpen()) {
     request.workspace = controller_->facts()->request.workspace;
     request.options = controller_->facts()->request.options;
@@ -262,8 +262,8 @@ void MainWindow::Save(bool as, std::function<void()> then) {
   SaveAgain(std::move(then));
 }
 
-// To the session that is open. A file that another program has saved there meanwhile is not lost
-// unasked.
+// Saves to the open session. Asks first if another program has saved it in the
+// meantime.
 void MainWindow::SaveAgain(std::function<void()> then) {
   const auto folder = sessions_->folder();
   if (!sessions_->IsSavedElsewhere()) return sessions_->Save(folder, std::move(then));
@@ -283,8 +283,8 @@ void MainWindow::SaveAgain(std::function<void()> then) {
   ShowDialog(box);
 }
 
-// The newest work that was left behind, of what is asked for where something is; then, unless it
-// is taken, `otherwise`.
+// Offers the newest unsaved work of the requested files, or of any files if there is no request.
+// Runs `otherwise` unless the user takes it.
 void MainWindow::OfferRecovery(const StartOptions& options, std::function<void()> otherwise) {
   std::vector<std::filesystem::path> known;
   if (!options.session.empty()) known.push_back(options.session);
@@ -363,13 +363,13 @@ void MainWindow::ConfirmThen(const QString& what, std::function<void()> go, bool
     if (button == leave) {
       stop_and_go();
     } else if (save && button == save) {
-      Save(false, stop_and_go);  // nothing is stopped before it is saved: asking where may end here
+      Save(false, stop_and_go);  // save before stopping: the question may end here
     }
   });
   ShowDialog(box);
 }
 
-// That may be long ago.
+// Names the view, because the strokes may be old.
 QString MainWindow::LossOfPaint() const {
   const QString view = selection_->entry().view;
   return tr("What you painted %1 has not been accepted. It will be lost.")
@@ -394,12 +394,12 @@ void MainWindow::Ask(const QString& what, const QString& reason, const QString& 
 }
 
 void MainWindow::ShowDialog(QMessageBox* box) {
-  constexpr int kLongWord = 60;  // characters; a box becomes so wide
+  constexpr int kLongWord = 60;  // characters; a dialog becomes this wide
   box->setTextFormat(Qt::PlainText);
   box->setText(Breakable(box->text(), kLongWord));
   box->setInformativeText(Breakable(box->informativeText(), kLongWord));
   box->setTextInteractionFlags(Qt::TextSelectableByMouse);
-  // A box is otherwise as wide as its title.
+  // Otherwise, a dialog is only as wide as its title.
   if (auto* text = box->findChild<QLabel*>("qt_msgbox_informativelabel")) {
     const QFontMetrics font = text->fontMetrics();
     const int whole = font.boundingRect(QRect(), Qt::TextDontClip, text->text()).width();
@@ -409,7 +409,7 @@ void MainWindow::ShowDialog(QMessageBox* box) {
   box->setAttribute(Qt::WA_DeleteOnClose);
   dialog_ = box;
   connect(box, &QDialog::finished, this, [this] {
-    // After the dialog is gone, so that the next is not closed with it.
+    // After the dialog has closed, so that the next one stays open.
     QTimer::singleShot(0, this, &MainWindow::NextError);
   });
   box->open();
@@ -424,7 +424,7 @@ void MainWindow::NextError() {
   if (errors_.empty() || (dialog_ && dialog_->isVisible())) return;
   const auto [title, message] = errors_.front();
   errors_.pop_front();
-  // Above the list of keys while that shows, which would keep the keyboard otherwise.
+  // Above the list of keys if it is open, which would keep the keyboard otherwise.
   QWidget* front = this;
   if (keys_dialog_ && keys_dialog_->isVisible()) front = keys_dialog_;
   auto* box = new QMessageBox(QMessageBox::Warning, title, title, QMessageBox::Ok, front);

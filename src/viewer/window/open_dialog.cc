@@ -31,7 +31,7 @@ namespace retint {
 namespace {
 
 constexpr int kAskAfterMs = 400;
-// Of a splat that is read unasked; larger ones only by Align.
+// Size of a splat that is read without a request; larger ones only for Align.
 constexpr qint64 kReadUnasked = qint64{400} << 20;
 
 bool HoldsModel(const QString& folder) { return FindModel(folder.toStdString()).has_value(); }
@@ -47,7 +47,7 @@ QStringList SplatExtensions(bool writable) {
   return extensions;
 }
 
-// The numbers of a similarity, empty for the identity.
+// The numbers of a similarity; empty for the identity.
 std::string FrameText(const Sim3d& world_from_splat) {
   return IsIdentity(world_from_splat) ? "" : WorldFromSplatToText(world_from_splat);
 }
@@ -80,7 +80,7 @@ QString SessionOf(const QString& path) {
 
 DroppedPaths SortPaths(const QStringList& paths) {
   DroppedPaths sorted;
-  // The content of a session's folder stands for the session.
+  // Files in a session's folder mean the session.
   QStringList sessions;
   for (const QString& path : paths) {
     if (QFileInfo(path).isFile()) sessions << SessionOf(path);
@@ -194,7 +194,7 @@ OpenDialog::OpenDialog(const OpenRequest& start, QWidget* parent) : QDialog(pare
     ask_.stop();
     finder_.Cancel();
   });
-  // What most scenes do not need.
+  // Settings that most scenes do not need.
   auto* advanced = new QWidget;
   advanced->setObjectName("open_advanced");
   form->setContentsMargins(0, 0, 0, 0);
@@ -282,7 +282,7 @@ void OpenDialog::Browse(QLineEdit* edit, bool folder, const QString& title) {
   if (edit == splat_) splat_of_ = workspace_->text().trimmed();
 }
 
-// A splat that was chosen for another workspace does not go with this one.
+// A splat chosen for another workspace does not belong to this one.
 void OpenDialog::FollowWorkspace() {
   const QString workspace = workspace_->text().trimmed();
   if (workspace.isEmpty() || workspace == splat_of_ || !HoldsModel(workspace)) return;

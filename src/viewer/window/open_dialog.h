@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The scene to open: workspace, splat, photos, backend. Beside the form, a thread of its own
-// renders a few views of what it names: does the splat lie where the photos show it? If not, Align
-// finds how it lies.
+// Asks for a scene to open: workspace, splat, photos, backend. On another thread, it renders a few
+// views of them: does the splat lie where the photos show it? If it does not, Align finds the pose
+// of the splat.
 #pragma once
 
 #include <optional>
@@ -30,18 +30,18 @@ class OpenDialog : public QDialog {
  public:
   explicit OpenDialog(const OpenRequest& start, QWidget* parent = nullptr);
   OpenRequest request() const;
-  // Why what the form says could not be opened; stays until the form is changed.
+  // Shows why the request could not be opened, until the form changes.
   void ShowFailure(const QString& message);
 
  private:
   void Browse(QLineEdit* edit, bool folder, const QString& title);
   void FollowWorkspace();
-  std::optional<Sim3d> Frame() const;  // nullopt where the text is no similarity
-  QString Splat() const;               // as given; an empty field: the one that is found
+  std::optional<Sim3d> Frame() const;  // nullopt: the text is not a similarity
+  QString Splat() const;               // as typed; empty field: the one that was found
   void Check();
   void UpdateButtons();
   QWidget* MakeFitLine();
-  // How renders and photos agree: asked a moment after the last change of the form.
+  // Checks how well renders and photos agree, a moment after the last change of the form.
   void AskFit();
   void ShowFit(const SceneCheck& check);
   void StartOrStopAlign();
@@ -49,8 +49,8 @@ class OpenDialog : public QDialog {
   void Take(const AlignResult& result);
 
   QLineEdit *workspace_, *splat_, *photos_, *frame_;
-  OpenRequest start_;  // the fields that the form does not show stay
-  QString splat_of_;   // the workspace that the splat was chosen for; empty: none yet
+  OpenRequest start_;  // fields that the form does not have keep their values
+  QString splat_of_;   // workspace for which the splat was chosen; empty: none
   QComboBox *render_model_, *backend_;
   QSpinBox* holdout_;
   QLabel *problem_, *fit_;
@@ -62,20 +62,20 @@ class OpenDialog : public QDialog {
   FrameFinder finder_;
 };
 
-// The folder of the session that a path means: the folder itself, or the one whose session.json it
-// is; empty where it means none.
+// The folder of the session that `path` names: the folder itself, or the folder of its
+// session.json; empty if it names none.
 QString SessionOf(const QString& path);
-// What dropped or given paths mean together: a folder with a model is a workspace, a folder
-// NAME.retint or with a session.json, or what is in it, a session, any other file a splat.
-// `problem`: why they cannot be opened, empty when they can.
+// The meaning of dropped or given paths. A folder with a model is a workspace. A folder NAME.retint
+// or with a session.json is a session, and so are files in it. Any other file is a splat.
+// `problem`: why they cannot be opened; empty: they can.
 struct DroppedPaths {
   QString workspace, splat, session, problem;
 };
 DroppedPaths SortPaths(const QStringList& paths);
-// FindSplat(); empty where there is none.
+// FindSplat(); empty if there is none.
 QString GuessSplat(const QString& workspace);
-// A file dialog's filter, "Gaussian splats (*.ply ...)": of the formats that can be read, or only
-// of those that can be written.
+// The filter for a file dialog, "Gaussian splats (*.ply ...)", of all readable formats or only of
+// the writable ones.
 QString SplatFilter(bool writable = false);
 
 }  // namespace retint

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The choices of the user for every scene. A choice acts at once and is kept.
+// The user's choices for all scenes. Choices act at once, and are saved.
 #pragma once
 
 #include <QDialog>
@@ -11,15 +11,15 @@ namespace retint {
 struct Preferences {
   ThemeChoice theme = ThemeChoice::kSystem;
   bool automatic_refit = true;
-  QString overlay;  // one of kOverlayNames; empty: by contrast
-  int scale = 100;  // of the interface, percent; from the next start on
-  // The tool Object asks a network of the user's own: a model, or SAM's encoder and decoder.
+  QString overlay;  // one of kOverlayNames; empty: chosen by contrast
+  int scale = 100;  // of the interface, percent; from the next start
+  // For the tool Object, the user's own network: a model, or encoder and decoder of SAM.
   QString network, decoder, onnx_runtime;  // paths; `network` may also be exec:COMMAND
-  int frame_ms = 60;                       // that a picture may take while the camera moves
+  int frame_ms = 60;                       // longest time for a picture while the camera moves
 
   static Preferences Load();  // from the settings
   void Save() const;
-  QString NetworkName() const;  // as MakeMaskNetwork() takes it; empty: none
+  QString NetworkName() const;  // for MakeMaskNetwork(); empty: none
 };
 
 class PreferencesDialog : public QDialog {

@@ -16,7 +16,7 @@ namespace {
 
 constexpr qsizetype kKept = 8;
 constexpr QSize kPicture(480, 270);  // pixels
-constexpr QChar kBetween(0x1f);      // the parts of a scene; not in a path
+constexpr QChar kBetween(0x1f);      // separates the parts of a scene; not allowed in paths
 
 std::filesystem::path Path(const QString& text) { return text.toStdString(); }
 QString Text(const std::filesystem::path& path) { return QString::fromStdString(path.string()); }
@@ -36,8 +36,8 @@ QString PictureFile(const QString& entry) {
 
 }  // namespace
 
-// Workspace, splat, photos, held-out views, backend, model, frame, placed views, render model. All
-// but the first two may be missing: older entries have fewer parts.
+// Workspace, splat, photos, held-out views, backend, model, frame, placed views, render model.
+// Older entries have fewer parts: only the first two are required.
 QString RecentEntry(const OpenRequest& request) {
   const SessionOptions& options = request.options;
   return QStringList{Absolute(request.workspace),
@@ -68,17 +68,17 @@ OpenRequest RecentRequest(const QString& entry) {
     const std::string frame = parts.value(6).toStdString();
     if (!frame.empty()) request.options.world_from_splat = ParseWorldFromSplat(frame);
   } catch (const OptionError&) {
-    request.options.world_from_splat = {};  // settings that someone wrote by hand
+    request.options.world_from_splat = {};  // settings that someone edited by hand
   }
   request.options.render_model = ChosenRenderModel(parts.value(8).toStdString());
   if (const int views = parts.value(7).toInt(); views >= 2) request.options.views = views;
   return request;
 }
 
-// What a recent file is called.
+// The name of a recent file.
 QString RecentTitle(const QString& entry) {
   QStringList files = entry.split(kBetween).mid(0, 2);
-  files.removeAll(QString());  // a splat alone has no workspace
+  files.removeAll(QString());  // a single splat has no workspace
   return files.join(QObject::tr(" with "));
 }
 
@@ -131,7 +131,7 @@ void KeepRecentPicture(const QString& entry, const QImage& picture) {
   const QRect middle(
       QPoint((large.width() - kPicture.width()) / 2, (large.height() - kPicture.height()) / 2),
       kPicture);
-  large.copy(middle).save(file);  // a card without a picture is no loss
+  large.copy(middle).save(file);  // a card may lack a picture
 }
 
 }  // namespace retint

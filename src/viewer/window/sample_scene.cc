@@ -25,7 +25,7 @@ void SampleScene::Prepare() {
     try {
       MakeAlone(background_);
     } catch (const std::exception&) {
-      // Make() tries again, and tells.
+      // Make() tries again, and reports the failure.
     }
   });
 }
@@ -42,7 +42,7 @@ void SampleScene::MakeAlone(Monitor& monitor) {
   SyntheticOptions options;
   options.width = kWidth, options.height = kHeight, options.views = kViews;
   const SyntheticScene scene = MakeSyntheticScene(options, monitor);
-  // Under another name until it is whole.
+  // Under another name until it is complete.
   fs::path part = folder_;
   part += ".part";
   fs::remove_all(part);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The scene to practice on, made once by the same code as `retint synth`.
+// The sample scene for practice, made once by the code of `retint synth`.
 #pragma once
 
 #include <filesystem>
@@ -16,11 +16,11 @@ class SampleScene {
   ~SampleScene();
 
   const std::filesystem::path& folder() const { return folder_; }
-  // Starts making it on a thread of its own, so that it is there when somebody asks for it. What
-  // goes wrong then is told by Make(). Call it once.
+  // Starts making it on another thread, so that it is ready when needed. Make() reports failures.
+  // Call it once.
   void Prepare();
-  // Returns once it is there. InputError and RunError as the making of any workspace; Cancelled. On
-  // any thread.
+  // Returns when it is ready. InputError and RunError as for any new workspace; Cancelled. On any
+  // thread.
   void Make(Monitor& monitor);
 
  private:

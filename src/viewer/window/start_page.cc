@@ -20,7 +20,7 @@ constexpr int kWidest = 960, kGap = 16, kRound = 8;
 constexpr QSize kCard(224, 184), kPicture(224, 126);
 constexpr qsizetype kMostCards = 8;
 
-// A picture with a name and a date; its tool tip has the paths.
+// A picture with a name and a date; the tool tip has the paths.
 class Card : public QPushButton {
  public:
   explicit Card(const QString& entry)
@@ -65,7 +65,7 @@ class Card : public QPushButton {
   const QDateTime time_;
 };
 
-// Says where files can be dropped, and opens the form by a click.
+// Says where to drop files, and opens the form on a click.
 class DropTarget : public QPushButton {
  public:
   DropTarget() {
@@ -160,7 +160,7 @@ void StartPage::SetTask(const QString& task) {
 void StartPage::Show(const QStringList& recent) {
   while (QLayoutItem* item = cards_->takeAt(0)) {
     item->widget()->hide();
-    item->widget()->deleteLater();  // it may be the one that was pressed
+    item->widget()->deleteLater();  // it may be the pressed one
     delete item;
   }
   for (const QString& entry : recent.mid(0, kMostCards)) {
@@ -176,7 +176,7 @@ void StartPage::Show(const QStringList& recent) {
   Arrange();
 }
 
-// As many cards in a row as there is room for.
+// As many cards in a row as fit.
 void StartPage::Arrange() {
   const int room = std::min(viewport()->width(), kWidest) - 48 + kGap;
   const int columns = std::max(1, room / (kCard.width() + kGap));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The page before a scene is open: the sample, a place to drop files, and what was open before.
+// The page without an open scene: the sample, a place to drop files, and recent files.
 #pragma once
 
 #include <QLabel>
@@ -18,7 +18,7 @@ class StartPage : public QScrollArea {
   StartPage();
 
   void Show(const QStringList& recent);  // entries of recent_files.h
-  void SetTask(const QString& task);     // being opened; empty: nothing is
+  void SetTask(const QString& task);     // the scene that is being opened; empty: none
 
  Q_SIGNALS:
   void openRequested();

@@ -12,20 +12,20 @@
 namespace retint {
 namespace {
 
-// Of text and window, in lightness; other palettes of desktops have at most 240.
+// Difference in lightness of text and window. Other desktop palettes have at most 240.
 constexpr int kHighContrast = 250;
 
 struct Shades {
   QColor window, base, alternate, button, text, dim, border, highlight, highlighted;
 };
 
-// Text, dim text and text on the accent have a contrast of 4.5 at least (WCAG AA).
+// Text, dim text and text on the accent color have a contrast of at least 4.5 (WCAG AA).
 const Shades kDark{{43, 45, 48},    {32, 33, 36}, {38, 40, 43},   {55, 57, 61},   {225, 226, 229},
                    {168, 171, 176}, {70, 73, 78}, {47, 109, 200}, {255, 255, 255}};
 const Shades kLight{{240, 240, 242}, {255, 255, 255}, {246, 247, 249},
                     {248, 248, 249}, {28, 29, 31},    {92, 95, 101},
                     {190, 192, 196}, {38, 110, 210},  {255, 255, 255}};
-// Dim text has a contrast of 7 at least.
+// Dim text has a contrast of at least 7.
 const Shades kBlack{{0, 0, 0},       {0, 0, 0},       {32, 32, 32},  {0, 0, 0}, {255, 255, 255},
                     {176, 176, 176}, {255, 255, 255}, {255, 230, 0}, {0, 0, 0}};
 const Shades kWhite{{255, 255, 255}, {255, 255, 255}, {236, 236, 236}, {255, 255, 255}, {0, 0, 0},
@@ -86,7 +86,7 @@ QString ThemeName(ThemeChoice choice) {
 }
 
 Theme::Theme(QObject* parent) : QObject(parent) {
-  // Before anything of ours is set, the palette is the platform's.
+  // The palette is the platform's until we set one.
   const QPalette platform = QApplication::palette();
   const int window = platform.color(QPalette::Window).lightness();
   const int text = platform.color(QPalette::WindowText).lightness();

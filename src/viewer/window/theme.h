@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Dark or light: as the desktop's palette is, or as the user wants; black and white if the
-// desktop's palette is.
+// Dark or light: from the desktop's palette or the user's choice. Black and white if the desktop's
+// palette is.
 #pragma once
 
 #include <QObject>
