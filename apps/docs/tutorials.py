@@ -23,7 +23,7 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 PAGES = ROOT / "docs" / "tutorials"
 ORDER = ["first-recolor", "all-sides", "grade", "job-file", "python", "editor", "photos"]
-REFERENCE = ["cli", "edits", "edited-photos", "matching"]  # pages whose blocks of sh are run
+REFERENCE = ["cli", "masks", "edits", "edited-photos", "matching"]  # pages whose blocks of sh are run
 GUIDE = "python"  # a page whose blocks of python are one program
 GUIDE_SCENE = """retint synth --output workspace --width 240 --height 180 --quiet
 mv workspace/splat.ply splat.ply
