@@ -140,6 +140,7 @@ class SmallWindowTest : public ViewerTest {
     QStringList cut;
     for (const char* size : {"", "narrow-"}) {
       for (auto* dock : docks) {
+        window_->SetSideShown(window_->dockWidgetArea(dock), true);
         dock->raise();
         const QString one = CutNow(size + dock->objectName(), dock);
         if (!one.isEmpty()) cut << one;
@@ -152,6 +153,7 @@ class SmallWindowTest : public ViewerTest {
   void ModesOfAnEditAreWhole() {
     QVERIFY(AddTintedRegion() != 0);
     auto* dock = window_->findChild<QDockWidget*>("regions");
+    window_->SetSideShown(Qt::RightDockWidgetArea, true);
     dock->raise();
     QStringList cut;
     std::optional<QPoint> place;  // of the steps
@@ -260,6 +262,7 @@ class SmallWindowTest : public ViewerTest {
       QTest::qWait(30);
       return QRect(of.mapTo(of.window(), QPoint()), of.size());
     };
+    window_->SetSideShown(Qt::RightDockWidgetArea, true);
     const QRect before = place(canvas());
     // What was measured does not make its panel wider.
     auto* optimizer = window_->findChild<QWidget*>("optimizer_panel");
@@ -298,6 +301,53 @@ class SmallWindowTest : public ViewerTest {
       button->click();
       QCOMPARE(place(paper), paints);
     }
+  }
+
+  // By area, with the panels that a first window shows.
+  void ThePictureHasTheMostOfTheWindow() {
+    constexpr double kLeast = 0.65;
+    for (const QSize& size : {QSize(1024, 700), QSize(1440, 900), QSize(1600, 1000)}) {
+      window_.reset();
+      Open(size);
+      QTest::qWait(30);
+      Keep(*window_, qPrintable(QStringLiteral("room-%1").arg(size.width())));
+      const double share =
+          double(canvas().width()) * canvas().height() / (double(size.width()) * size.height());
+      QVERIFY2(share >= kLeast, qPrintable(QStringLiteral("%1: %2").arg(size.width()).arg(share)));
+      QCOMPARE(window_->IsSideShown(Qt::RightDockWidgetArea), size.width() > 1024);
+    }
+  }
+
+  // A click on the strip at a side, a panel's key and Tab. Beside the panels of one side the
+  // picture keeps most of the smallest window's width.
+  void PanelsFoldToStrips() {
+    auto* left = window_->findChild<QAbstractButton*>("left_strip");
+    auto* right = window_->findChild<QAbstractButton*>("right_strip");
+    auto* views = window_->findChild<QDockWidget*>("views");
+    auto* regions = window_->findChild<QDockWidget*>("regions");
+    QVERIFY(!views->isVisible() && !regions->isVisible());
+    QTest::mouseClick(right, Qt::LeftButton);
+    QTRY_VERIFY(regions->isVisible());
+    QVERIFY(!views->isVisible());
+    QTest::qWait(30);
+    Keep(*window_, "strip-right");
+    QVERIFY2(canvas().width() >= 0.65 * window_->width(),
+             qPrintable(QString::number(canvas().width())));
+    // There is no room for both.
+    QTest::mouseClick(left, Qt::LeftButton);
+    QTRY_VERIFY(views->isVisible());
+    QVERIFY(!regions->isVisible());
+    PressKey(*window_, Qt::Key_Tab);
+    QTRY_VERIFY(!views->isVisible());
+    PressKey(*window_, Qt::Key_Tab);
+    QTRY_VERIFY(views->isVisible());
+    QVERIFY(!regions->isVisible());
+    PressKey(*window_, Qt::Key_2, Qt::AltModifier);
+    QTRY_VERIFY(window_->findChild<QDockWidget*>("optimizer")->isVisible());
+    QVERIFY(!views->isVisible());
+    QTest::mouseClick(right, Qt::LeftButton);
+    QTRY_VERIFY(!window_->IsSideShown(Qt::RightDockWidgetArea));
+    QCOMPARE(window_->width(), 1024);
   }
 
   // A full HD screen of twice the pixels has room for 960 x 540.

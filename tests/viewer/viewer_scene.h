@@ -170,6 +170,11 @@ inline std::unique_ptr<MainWindow> OpenWindow(Theme& theme, const ViewerScene& s
   window->OpenScene(scene.Request());
   if (!QTest::qWaitFor([&] { return window->canvas().IsSharp(); }, kWaitMs)) return nullptr;
   if (!Activate(*window)) return nullptr;
+  // Its defaults leave room for the picture; tests want to see panels.
+  for (const auto side : {Qt::LeftDockWidgetArea, Qt::RightDockWidgetArea}) {
+    window->SetSideShown(side, true);
+  }
+  if (!QTest::qWaitFor([&] { return window->canvas().IsSharp(); }, kWaitMs)) return nullptr;
   window->canvas().setFocus();
   return window;
 }

@@ -4,6 +4,7 @@
 #include <unistd.h>
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
 #include <QAction>
 #include <QApplication>
@@ -88,7 +89,7 @@ MainWindow::MainWindow(Theme* theme, QWidget* parent) : QMainWindow(parent), the
   Prefer(Preferences::Load());
   preview_->SetEnabled(settings.value("look_ahead", true).toBool());
   restoreGeometry(settings.value("geometry").toByteArray());
-  restoreState(settings.value("layout").toByteArray());
+  is_laid_out_ = restoreState(settings.value("layout").toByteArray());
   ShowPage();
   UpdateTitle();
   UpdateActions();
@@ -480,6 +481,7 @@ void MainWindow::SetOnStartPage(bool on) {
 void MainWindow::ArrangePanels(bool shown) {
   if (shown) {
     restoreState(layout_);
+    if (!std::exchange(is_laid_out_, true)) FoldSides();
   } else {
     layout_ = saveState();
     for (QDockWidget* dock : docks_) dock->hide();

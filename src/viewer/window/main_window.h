@@ -45,6 +45,7 @@ class RegionsPanel;
 class SampleScene;
 class SelectionMode;
 class SessionStore;
+class SideStrip;
 class StartPage;
 class StrokePreview;
 class Uncertainty;
@@ -98,6 +99,10 @@ class MainWindow : public QMainWindow {
                         Qt::DockWidgetArea area);
   void SetPanelsShown(bool shown);
   bool panels_shown() const { return panels_shown_; }
+  // Folds the panels of a side to a strip, or shows those that it folded. In a narrow window only
+  // one side shows at a time.
+  void SetSideShown(Qt::DockWidgetArea side, bool shown);
+  bool IsSideShown(Qt::DockWidgetArea side) const;
 
   // A dialog that does not stop the program; one at a time, the rest follow.
   void ShowError(const QString& title, const QString& message);
@@ -201,6 +206,10 @@ class MainWindow : public QMainWindow {
   void ConfirmReplacing(const std::filesystem::path& file, std::function<void()> go);
   // main_window_panels.cc
   void AddPanels();
+  void AddStrip(Qt::DockWidgetArea side);
+  void ShowStrips();
+  void FoldSides();  // of a first window, so that the picture has the most of it
+  std::vector<QDockWidget*> DocksAt(Qt::DockWidgetArea side) const;
   void OfferSplitting(RegionId region, const PaintDetail& detail);
   // The control that colors the current region has the keyboard, in a panel that shows, and the
   // first color that is dragged there shows at once.
@@ -234,7 +243,13 @@ class MainWindow : public QMainWindow {
   std::map<std::string, QAction*, std::less<>> actions_;
   QMenu *recent_ = nullptr, *panels_menu_ = nullptr, *history_ = nullptr, *bookmarks_ = nullptr;
   std::vector<QDockWidget*> docks_;
-  bool panels_shown_ = true, on_start_page_ = false;
+  struct Side {
+    SideStrip* strip;
+    std::vector<QDockWidget*> folded, front;  // those whose tabs were in front
+    int width = 0;                            // before that, pixels
+  };
+  std::map<Qt::DockWidgetArea, Side> sides_;
+  bool panels_shown_ = true, on_start_page_ = false, is_laid_out_ = false;
   QByteArray layout_;  // of the panels that are hidden
   QPointer<KeysDialog> keys_dialog_;
   QPointer<QMessageBox> dialog_;

@@ -15,6 +15,7 @@
 #include <QSlider>
 #include <QStackedWidget>
 #include <QTabBar>
+#include <QToolBar>
 
 #include "viewer/panels/edit_panel.h"
 #include "viewer/panels/optimizer_panel.h"
@@ -26,6 +27,7 @@
 #include "viewer/scene/view_editor.h"
 #include "viewer/widgets/banner.h"
 #include "viewer/widgets/path_edit.h"
+#include "viewer/widgets/side_strip.h"
 #include "viewer/window/main_window.h"
 
 namespace retint {
@@ -186,10 +188,86 @@ QDockWidget* MainWindow::AddPanel(const QString& id, const QString& title, QWidg
   addDockWidget(area, dock);
   panels_menu_->addAction(dock->toggleViewAction());
   docks_.push_back(dock);
+  connect(dock->toggleViewAction(), &QAction::toggled, this, &MainWindow::ShowStrips);
+  connect(dock, &QDockWidget::dockLocationChanged, this, &MainWindow::ShowStrips);
   const QString keys = KeyText("panel." + id.toStdString());
   dock->toggleViewAction()->setToolTip(keys.isEmpty() ? title
                                                       : tr("%1 (go there: %2)").arg(title, keys));
   return dock;
+}
+
+std::vector<QDockWidget*> MainWindow::DocksAt(Qt::DockWidgetArea side) const {
+  std::vector<QDockWidget*> docks;
+  for (QDockWidget* dock : docks_) {
+    if (!dock->isFloating() && dockWidgetArea(dock) == side) docks.push_back(dock);
+  }
+  return docks;
+}
+
+bool MainWindow::IsSideShown(Qt::DockWidgetArea side) const {
+  return std::ranges::any_of(DocksAt(side),
+                             [](const QDockWidget* one) { return !one->isHidden(); });
+}
+
+void MainWindow::SetSideShown(Qt::DockWidgetArea side, bool shown) {
+  if (shown) SetPanelsShown(true);
+  if (shown == IsSideShown(side)) return;
+  Side& at = sides_.at(side);
+  const std::vector<QDockWidget*> docks = DocksAt(side);
+  if (!shown) {
+    at.folded.clear();
+    at.front.clear();
+    for (QDockWidget* dock : docks) {
+      if (dock->isHidden()) continue;
+      at.folded.push_back(dock);
+      if (dock->visibleRegion().isEmpty()) continue;
+      at.front.push_back(dock);
+      at.width = dock->width();
+    }
+    for (QDockWidget* dock : docks) dock->hide();
+    return;
+  }
+  constexpr int kNarrow = 1200;  // pixels
+  if (width() < kNarrow) {
+    for (const auto& [other, strip] : sides_) {
+      if (other != side) SetSideShown(other, false);
+    }
+  }
+  if (at.folded.empty()) at.folded = docks;
+  if (at.front.empty() && !docks.empty()) at.front = {docks.front()};
+  for (QDockWidget* dock : at.folded) dock->show();
+  for (QDockWidget* dock : at.front) dock->raise();
+  if (at.width > 0) resizeDocks({at.front.front()}, {at.width}, Qt::Horizontal);
+}
+
+void MainWindow::FoldSides() {
+  constexpr int kForViews = 1800, kForBoth = 1200;  // pixels
+  if (width() < kForBoth) SetSideShown(Qt::RightDockWidgetArea, false);
+  if (width() < kForViews) SetSideShown(Qt::LeftDockWidgetArea, false);
+}
+
+void MainWindow::AddStrip(Qt::DockWidgetArea side) {
+  const bool left = side == Qt::LeftDockWidgetArea;
+  auto* strip = new SideStrip(left ? Qt::LeftEdge : Qt::RightEdge);
+  strip->setObjectName(left ? "left_strip" : "right_strip");
+  auto* bar = new QToolBar(left ? tr("Left panels") : tr("Right panels"));
+  bar->setObjectName(strip->objectName() + "_bar");
+  bar->setMovable(false);
+  bar->setContextMenuPolicy(Qt::PreventContextMenu);
+  bar->layout()->setContentsMargins(0, 0, 0, 0);
+  bar->addWidget(strip);
+  addToolBar(left ? Qt::LeftToolBarArea : Qt::RightToolBarArea, bar);
+  sides_[side].strip = strip;
+  connect(strip, &SideStrip::clicked, this,
+          [this, side] { SetSideShown(side, !IsSideShown(side)); });
+}
+
+void MainWindow::ShowStrips() {
+  for (const auto& [side, at] : sides_) {
+    QStringList names;
+    for (const QDockWidget* dock : DocksAt(side)) names << dock->windowTitle();
+    at.strip->SetFolded(!IsSideShown(side), names);
+  }
 }
 
 void MainWindow::OfferSplitting(RegionId region, const PaintDetail& detail) {
@@ -207,6 +285,8 @@ void MainWindow::GoToColor() {
 }
 
 void MainWindow::AddPanels() {
+  AddStrip(Qt::LeftDockWidgetArea);
+  AddStrip(Qt::RightDockWidgetArea);
   connect(current_, &CurrentRegion::changed, this, &MainWindow::ShowCloudOfCurrent);
   regions_panel_ = new RegionsPanel(controller_, canvas_, current_);
   connect(regions_panel_, &RegionsPanel::paintWanted, this, &MainWindow::EnterSelection);
@@ -265,9 +345,8 @@ void MainWindow::AddPanels() {
   tabifyDockWidget(views, scene);
   optimizer->raise();
   views->raise();
-  // Of a narrow window, so that the picture keeps about half of it.
-  resizeDocks({views, regions}, {std::min(300, width() / 5), std::clamp(width() / 4, 310, 340)},
-              Qt::Horizontal);
+  // The contents of the right column need no more.
+  resizeDocks({views, regions}, {std::min(220, width() / 5), 310}, Qt::Horizontal);
   // The pages of an edit have their steps in sight then; the optimizer's options scroll.
   resizeDocks({regions, optimizer}, {630, 230}, Qt::Vertical);
   constexpr int kLow = 800;  // pixels; there is no room for one above the other
@@ -282,7 +361,7 @@ void MainWindow::AddPanels() {
       {"panel.views", views},     {"panel.scene", scene},         {"panel.selection", selection}};
   for (const auto& [command, dock] : commands) {
     QAction* go = MakeAction(command, tr("Go to %1").arg(dock->windowTitle()), [this, dock = dock] {
-      SetPanelsShown(true);
+      SetSideShown(dockWidgetArea(dock), true);
       dock->show();
       dock->raise();
       FirstControl(dock->widget())->setFocus(Qt::ShortcutFocusReason);
