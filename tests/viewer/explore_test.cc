@@ -2,6 +2,7 @@
 // What main_window_test.cc leaves out of exploring: the other mouse buttons, flying all ways, the
 // adaptive resolution, frusta to click on, points behind surfaces, the list of keys, full screen,
 // theme.
+#include <functional>
 #include <optional>
 
 #include <QAction>
@@ -12,12 +13,17 @@
 #include <QFile>
 #include <QLabel>
 #include <QLineEdit>
+#include <QListWidget>
 #include <QMenu>
 #include <QScreen>
 #include <QScrollBar>
 #include <QTableWidget>
+#include <QToolBar>
+#include <QToolButton>
 
 #include "tests/viewer/viewer_scene.h"
+#include "viewer/canvas/canvas_overlays.h"
+#include "viewer/panels/views_panel.h"
 #include "viewer/window/keys_dialog.h"
 #include "viewer/window/preferences_dialog.h"
 
@@ -57,6 +63,12 @@ class ExploreTest : public ViewerTest {
     PressKey(*window_, Qt::Key_F1);
     auto* dialog = window_->findChild<KeysDialog*>();
     return dialog && dialog->isVisible() ? dialog : nullptr;
+  }
+
+  // The menu of that name that is open; null: none.
+  QMenu* OpenMenu(const char* name) {
+    auto* menu = window_->findChild<QMenu*>(name);
+    return menu && menu->isVisible() ? menu : nullptr;
   }
 
  private Q_SLOTS:
@@ -265,10 +277,10 @@ class ExploreTest : public ViewerTest {
   void TheDepthHasNoTwoSides() {
     PressKey(*window_, Qt::Key_N);
     QVERIFY(WaitSharp(*window_));
-    const QImage depth = canvas().grab().toImage();
+    const QImage depth = BareCanvas(*window_);
     PressKey(*window_, Qt::Key_X);
     QVERIFY(WaitSharp(*window_));
-    QVERIFY(canvas().split() && canvas().grab().toImage() == depth);
+    QVERIFY(canvas().split() && BareCanvas(*window_) == depth);
     // There is no handle to drag either: dragging where it would be orbits.
     const Eigen::Vector3d before = Position();
     Drag(Qt::LeftButton, {50, 0});
@@ -468,6 +480,96 @@ class ExploreTest : public ViewerTest {
       QSettings().remove(key);
     }
     theme_->Choose(ThemeChoice::kSystem);
+  }
+
+  // A right click; a right drag pans, as ever.
+  void TheCanvasHasAMenu() {
+    Drag(Qt::RightButton, {40, 20});
+    QVERIFY(!OpenMenu("canvas_menu"));
+    const Eigen::Vector3d before = Position();
+    QTest::mouseClick(&canvas(), Qt::RightButton, {}, Middle());
+    QMenu* menu = nullptr;
+    QTRY_VERIFY((menu = OpenMenu("canvas_menu")));
+    QVERIFY(Position() == before);
+    Keep(*menu, "canvas-menu");
+    QVERIFY(!canvas().depth());
+    menu->setActiveAction(window_->action("show.depth"));
+    QTest::keyClick(menu, Qt::Key_Return);
+    QVERIFY(canvas().depth());
+    canvas().SetDepth(false);
+  }
+
+  // A right click goes to the view, so that "Paint" means it.
+  void TheListOfViewsHasAMenu() {
+    auto* list = window_->findChild<ViewsPanel*>()->findChild<QListWidget*>();
+    QListWidgetItem* item = list->item(2);
+    list->scrollToItem(item);
+    QVERIFY(canvas().GoTo(scene_->scene().views[0].name));
+    Q_EMIT list->customContextMenuRequested(list->visualItemRect(item).center());
+    QMenu* menu = nullptr;
+    QTRY_VERIFY((menu = OpenMenu("views_menu")));
+    QVERIFY(canvas().picture());
+    QCOMPARE(canvas().picture()->name, item->data(Qt::UserRole).toString().toStdString());
+    menu->setActiveAction(window_->action("selection.enter"));
+    QTest::keyClick(menu, Qt::Key_Return);
+    QVERIFY(WaitPainting(*window_));
+    QTest::keyClick(&window_->selection().canvas(), Qt::Key_Escape);
+    QTRY_VERIFY(!window_->IsSelecting());
+  }
+
+  // One place for what the canvas shows: over its corner, and nowhere in the tool bar.
+  void TheSwitchOverTheCanvasSaysWhatShows() {
+    auto* over = window_->findChild<QWidget*>("view_switch");
+    QVERIFY(over->isVisible() && over->geometry().right() < canvas().width());
+    const std::pair<const char*, std::function<bool()>> shows[] = {
+        {"show.frusta", [&] { return canvas().frusta(); }},
+        {"show.depth", [&] { return canvas().depth(); }},
+        {"show.cloud", [&] { return canvas().cloud_shown(); }},
+        {"show.split", [&] { return canvas().split(); }}};
+    for (const auto& [command, is_shown] : shows) {
+      QToolButton* button = nullptr;
+      for (auto* one : over->findChildren<QToolButton*>()) {
+        if (one->defaultAction() == window_->action(command)) button = one;
+      }
+      QVERIFY2(button, command);
+      for (auto* one : window_->findChild<QToolBar*>("tools")->findChildren<QToolButton*>()) {
+        QVERIFY2(one->defaultAction() != window_->action(command), command);
+      }
+      const bool before = is_shown();
+      QTest::mouseClick(button, Qt::LeftButton);
+      QVERIFY2(is_shown() != before && button->isChecked() == is_shown(), command);
+      QTest::mouseClick(button, Qt::LeftButton);
+      QVERIFY2(is_shown() == before, command);
+    }
+    // In a window that becomes narrower it stays in the corner.
+    window_->SetSideShown(Qt::LeftDockWidgetArea, false);
+    QTRY_COMPARE(over->geometry().right(), canvas().width() - 11);
+    QVERIFY(WaitSharp(*window_));
+    Keep(*window_, "switch");
+  }
+
+  void TheGizmoTurnsTheCamera() {
+    auto* gizmo = window_->findChild<OrientationGizmo*>();
+    QVERIFY(gizmo->isVisible());
+    const Eigen::Vector3d up = navigation().up(), focus = navigation().focus();
+    const double distance = FocusDistance();
+    // From above.
+    QTest::mouseClick(gizmo, Qt::LeftButton, {}, gizmo->EndOf(2, true).toPoint());
+    QVERIFY((Axes().row(2).transpose() + up).norm() < 1e-6);
+    QVERIFY((navigation().focus() - focus).norm() < 1e-9);
+    QVERIFY(std::abs(FocusDistance() - distance) < 1e-6 * distance);
+    QVERIFY(!navigation().view());
+    // From a side the horizon is level.
+    QTest::mouseClick(gizmo, Qt::LeftButton, {}, gizmo->EndOf(0, true).toPoint());
+    QVERIFY(std::abs(Axes().row(2).dot(up)) < 1e-6 && std::abs(Axes().row(0).dot(up)) < 1e-6);
+    QVERIFY((Axes().row(2).transpose() + navigation().Axes().col(0)).norm() < 1e-6);
+    // A drag orbits.
+    const Eigen::Vector3d before = Position();
+    DragAlong(gizmo, {{38, 38}, {58, 38}, {60, 44}});
+    QVERIFY((Position() - before).norm() > 0.05 * distance);
+    QVERIFY(std::abs(FocusDistance() - distance) < 1e-6 * distance);
+    QVERIFY(WaitSharp(*window_));
+    Keep(*window_, "gizmo");
   }
 };
 

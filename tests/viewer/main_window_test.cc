@@ -228,17 +228,17 @@ class MainWindowTest : public ViewerTest {
   void PhotoShowsWhileHeld() {
     const std::string name = scene_->scene().views.front().name;
     const QImage photo = ReadPicture(scene_->workspace() / "images" / name, 0);
-    const QImage render = canvas().grab().toImage();
+    const QImage render = BareCanvas(*window_);
     QTest::keyPress(&canvas(), Qt::Key_P);
     QTRY_VERIFY_WITH_TIMEOUT(canvas().showing_photo(), kWaitMs);
     const QRect rect = canvas().ImageRect(canvas().navigation().Rendered()).toRect();
-    const QImage shown = canvas().grab(rect).toImage();
+    const QImage shown = BareCanvas(*window_).copy(rect);
     const QImage expected =
         photo.scaled(shown.size(), Qt::IgnoreAspectRatio, Qt::SmoothTransformation);
     QVERIFY(Difference(shown.convertToFormat(QImage::Format_RGB32), expected) < 4);
     QTest::keyRelease(&canvas(), Qt::Key_P);
     QVERIFY(!canvas().showing_photo());
-    QVERIFY(Difference(canvas().grab().toImage(), render) < 0.01);
+    QVERIFY(Difference(BareCanvas(*window_), render) < 0.01);
   }
 
   void OriginalShowsWhileHeld() {
@@ -277,7 +277,7 @@ class MainWindowTest : public ViewerTest {
     const double line = 0.5 * (low + high + 1);
     canvas().SetSplitAt(line / now.width());
     const QRectF place = canvas().ImageRect(canvas().frame()->camera);
-    const QImage screen = canvas().grab().toImage();
+    const QImage screen = BareCanvas(*window_);
     int64_t sides[2] = {}, right_sides[2] = {};
     for (int y = 60; y < now.height() - 60; ++y) {  // without the labels
       for (int x = low; x <= high; ++x) {
@@ -357,7 +357,7 @@ class MainWindowTest : public ViewerTest {
     QTest::keyClick(&canvas(), Qt::Key_C, Qt::ControlModifier | Qt::ShiftModifier);
     const QImage copied = QApplication::clipboard()->image();
     QCOMPARE(copied.convertToFormat(QImage::Format_RGB32),
-             canvas().grab().toImage().convertToFormat(QImage::Format_RGB32));
+             BareCanvas(*window_).convertToFormat(QImage::Format_RGB32));
   }
 
   // The splat does not show what the photos show: the badge stays, and leads to the reason.

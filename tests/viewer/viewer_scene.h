@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <QAbstractButton>
 #include <QApplication>
@@ -182,6 +183,18 @@ inline std::unique_ptr<MainWindow> OpenWindow(Theme& theme, const ViewerScene& s
 // The whole frame of the newest camera and colors on the screen.
 inline bool WaitSharp(MainWindow& window) {
   return QTest::qWaitFor([&] { return window.canvas().IsSharp(); }, kWaitMs);
+}
+
+// The canvas without the controls over it.
+inline QImage BareCanvas(MainWindow& window) {
+  std::vector<QWidget*> over;
+  for (const char* name : {"view_switch", "orientation_gizmo"}) {
+    over.push_back(window.findChild<QWidget*>(name));
+  }
+  for (QWidget* one : over) one->hide();
+  const QImage picture = window.canvas().grab().toImage();
+  for (QWidget* one : over) one->show();
+  return picture;
 }
 
 // A picture for a look by eye, where RETINT_SCREENSHOTS names a folder.

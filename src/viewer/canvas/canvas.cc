@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <QApplication>
+#include <QContextMenuEvent>
 #include <QKeyEvent>
 #include <QMouseEvent>
 #include <QWheelEvent>
@@ -358,7 +360,8 @@ void Canvas::UpdateCursor() {
 }
 
 void Canvas::mousePressEvent(QMouseEvent* event) {
-  mouse_ = event->position();
+  mouse_ = pressed_ = event->position();
+  dragged_ = false;
   if (!controller_->IsOpen()) return;
   if (picking_ && event->button() == Qt::LeftButton) {
     const QColor color = ColorAt(mouse_);
@@ -386,6 +389,8 @@ void Canvas::mouseMoveEvent(QMouseEvent* event) {
   }
   UpdateCursor();
   if (picking_) update();
+  const QPointF all = mouse_ - pressed_;
+  dragged_ = dragged_ || std::hypot(all.x(), all.y()) >= QApplication::startDragDistance();
   if (!gesture_ || moved.isNull()) return;
   switch (*gesture_) {
     case MouseGesture::kOrbit:
@@ -404,8 +409,11 @@ void Canvas::mouseMoveEvent(QMouseEvent* event) {
   CameraMoved();
 }
 
-void Canvas::mouseReleaseEvent(QMouseEvent*) {
+void Canvas::mouseReleaseEvent(QMouseEvent* event) {
   gesture_.reset();
+  if (event->button() == Qt::RightButton && !dragged_ && controller_->IsOpen() && !picking_) {
+    Q_EMIT menuWanted(event->globalPosition().toPoint());
+  }
   split_drag_ = false;
   UpdateCursor();
 }
@@ -419,6 +427,12 @@ void Canvas::mouseDoubleClickEvent(QMouseEvent* event) {
     }
   }
   Probe(event->position(), ProbeFor::kFocus);
+}
+
+// By a key. With the mouse a right drag pans, so that the menu comes when the button is let go.
+void Canvas::contextMenuEvent(QContextMenuEvent* event) {
+  if (event->reason() == QContextMenuEvent::Mouse || !controller_->IsOpen()) return;
+  Q_EMIT menuWanted(mapToGlobal(rect().center()));
 }
 
 void Canvas::wheelEvent(QWheelEvent* event) {

@@ -93,6 +93,7 @@ class Canvas : public QWidget {
   void frameShown();
   void stateChanged();  // depth, frusta, split, fly mode, cloud, hatching
   void hint(const QString& text);
+  void menuWanted(const QPoint& at);  // on the screen
   void picked(const QColor& color);
 
  protected:
@@ -104,6 +105,7 @@ class Canvas : public QWidget {
   void mouseMoveEvent(QMouseEvent* event) override;
   void mouseReleaseEvent(QMouseEvent* event) override;
   void mouseDoubleClickEvent(QMouseEvent* event) override;
+  void contextMenuEvent(QContextMenuEvent* event) override;
   void wheelEvent(QWheelEvent* event) override;
   void keyPressEvent(QKeyEvent* event) override;
   void keyReleaseEvent(QKeyEvent* event) override;
@@ -168,7 +170,8 @@ class Canvas : public QWidget {
 
   std::optional<MouseGesture> gesture_;
   bool split_drag_ = false, picking_ = false;
-  QPointF mouse_;
+  QPointF mouse_, pressed_;
+  bool dragged_ = false;          // since the press
   std::set<std::string> flying_;  // held commands
   QTimer rest_, fly_, news_;
   bool more_news_ = false;  // the optimizer has published since the last frame

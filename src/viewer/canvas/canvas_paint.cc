@@ -201,17 +201,15 @@ void Canvas::PaintLabels(QPainter& painter, const QRectF& rect) const {
   } else if (fly_mode_) {
     mode = tr("fly");
   }
-  double end = width() - 10;  // of the room for the name
-  if (!mode.isEmpty()) {
-    const QPointF corner(std::min<double>(width(), rect.right()) - 10, top);
-    end = DrawLabel(painter, corner, mode, Qt::AlignRight).left() - 10;
-  }
+  constexpr double kControls = 200;        // the room of those at the right
+  const double end = width() - kControls;  // of the room for the name
   const QString title = shown ? QString::fromStdString(shown->name) : tr("free camera");
   const QString fitting =
       QFontMetricsF(painter.font()).elidedText(title, Qt::ElideMiddle, end - left - 2 * kAboutText);
-  const QRectF name = DrawLabel(painter, {left, top}, fitting, Qt::AlignLeft);
-  if (const QString note = CloudNote(); !note.isEmpty()) {
-    DrawLabel(painter, name.bottomLeft() + QPointF(0, 6), note, Qt::AlignLeft);
+  QRectF last = DrawLabel(painter, {left, top}, fitting, Qt::AlignLeft);
+  for (const QString& note : {mode, CloudNote()}) {
+    if (note.isEmpty()) continue;
+    last = DrawLabel(painter, last.bottomLeft() + QPointF(0, 6), note, Qt::AlignLeft);
   }
 }
 

@@ -239,6 +239,40 @@ void Navigation::Frame(const Eigen::Vector3d& center, double radius) {
   cam_from_world_.translation = -(cam_from_world_.rotation * origin);
 }
 
+Eigen::Matrix3d Navigation::Axes() const {
+  const Rigid3d& home = home_ ? home_posed_.cam_from_world : Rigid3d();
+  const auto level = [&](int axis) -> Eigen::Vector3d {
+    const Eigen::Vector3d of = Axis(home, axis);
+    return of - of.dot(up_) * up_;
+  };
+  // A camera on its side looks level with its forward or its down axis.
+  Eigen::Vector3d right = level(0);
+  if (right.norm() < kFlat) right = level(1);
+  Eigen::Matrix3d axes;
+  axes.col(2) = up_;
+  axes.col(0) = right.normalized();
+  axes.col(1) = up_.cross(axes.col(0));
+  return axes;
+}
+
+void Navigation::LookFrom(const Eigen::Vector3d& from) {
+  Leave();
+  const double distance = (cam_from_world_.OriginInSource() - focus_).norm();
+  const Eigen::Vector3d forward = -from.normalized();
+  Eigen::Vector3d right = forward.cross(up_);
+  if (right.norm() < kFlat) {
+    const Eigen::Vector3d old = Axis(cam_from_world_, 0);
+    right = old - old.dot(forward) * forward;
+    if (right.norm() < kFlat) right = forward.unitOrthogonal();
+  }
+  Eigen::Matrix3d world_from_cam;  // x right, y down, z forward
+  world_from_cam.col(0) = right.normalized();
+  world_from_cam.col(1) = forward.cross(world_from_cam.col(0));
+  world_from_cam.col(2) = forward;
+  cam_from_world_.rotation = Eigen::Quaterniond(world_from_cam.transpose()).normalized();
+  cam_from_world_.translation = -(cam_from_world_.rotation * (focus_ - distance * forward));
+}
+
 void Navigation::Reset() {
   if (home_) GoTo(*home_, home_posed_);
 }

@@ -41,12 +41,18 @@ class Navigation {
   void SetFocus(const Eigen::Vector3d& focus);  // the camera turns to it
   void SetPivot(const Eigen::Vector3d& focus);  // the camera stays
   void Frame(const Eigen::Vector3d& center, double radius);
+  // From a direction, as far from the focus as now; from above or below, up in the picture stays
+  // as near to what it was as it can.
+  void LookFrom(const Eigen::Vector3d& from);
   void Reset();
 
   const Eigen::Vector3d& focus() const { return focus_; }
   const Eigen::Vector3d& up() const { return up_; }
   const Eigen::Vector3d& center() const { return center_; }
   double radius() const { return radius_; }
+  // Columns X, Y, Z of the scene in the world: Z is up, X is level and as near to the home view's
+  // right as that allows. Right-handed.
+  Eigen::Matrix3d Axes() const;
 
   // `count` cameras on a circle around the focus and the up axis, beginning at the camera.
   std::vector<PosedCamera> Turntable(int count, int width, int height) const;

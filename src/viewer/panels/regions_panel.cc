@@ -194,6 +194,8 @@ void RegionsPanel::FillMenu(QMenu* menu) {
   const auto add = [&](const char* name, const QString& text, auto act) {
     menu->addAction(text, this, act)->setObjectName(name);
   };
+  add("menu_paint", tr("Paint…"), [this] { extend_->click(); });
+  menu->addSeparator();
   add("menu_rename", tr("Rename\tF2"), [this] { Rename(); });
   add("menu_duplicate", tr("Duplicate\tCtrl+D"), [this] { Q_EMIT list_->duplicatePressed(); });
   menu->addSeparator();

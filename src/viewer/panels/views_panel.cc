@@ -197,6 +197,13 @@ void ViewsPanel::Build() {
 void ViewsPanel::Connect(StrokePreview* preview) {
   connect(order_, &QComboBox::activated, this, &ViewsPanel::ChooseOrder);
   connect(list_, &QListWidget::itemActivated, this, &ViewsPanel::Jump);
+  list_->setContextMenuPolicy(Qt::CustomContextMenu);
+  connect(list_, &QWidget::customContextMenuRequested, this, [this](const QPoint& at) {
+    QListWidgetItem* item = list_->itemAt(at);
+    if (!item) return;
+    Jump(item);
+    Q_EMIT menuWanted(list_->viewport()->mapToGlobal(at));
+  });
   // The mouse has chosen the view; the next command is for it. Return goes on in the list.
   connect(list_, &QListWidget::itemDoubleClicked, this,
           [this] { canvas_->setFocus(Qt::MouseFocusReason); });

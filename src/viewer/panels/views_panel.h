@@ -42,6 +42,9 @@ class ViewsPanel : public QWidget {
   // The views are in the order in which to go on painting the current region.
   bool IsToPaintNext() const { return in_force_ == kToPaintNext; }
 
+ Q_SIGNALS:
+  void menuWanted(const QPoint& at);  // on the screen; the canvas shows the view that it is for
+
  private:
   enum Order { kByName, kByCoverage, kToPaintNext, kWorstFirst };
 

@@ -5,6 +5,7 @@
 
 #include <deque>
 #include <functional>
+#include <initializer_list>
 #include <map>
 #include <memory>
 #include <optional>
@@ -122,6 +123,7 @@ class MainWindow : public QMainWindow {
   void dragEnterEvent(QDragEnterEvent* event) override;
   void dragMoveEvent(QDragMoveEvent* event) override;
   void dropEvent(QDropEvent* event) override;
+  bool eventFilter(QObject* object, QEvent* event) override;
   bool focusNextPrevChild(bool next) override;
   void keyPressEvent(QKeyEvent* event) override;
   void keyReleaseEvent(QKeyEvent* event) override;
@@ -151,7 +153,11 @@ class MainWindow : public QMainWindow {
                       bool checkable = false);
   void BuildMenus();
   void BuildToolBar();
+  void BuildOverlays();  // of the canvas
+  void PlaceOverlays();
   void DrawIcons();  // in the palette's colors
+  void ShowMenu(const char* name, const QPoint& at, std::initializer_list<const char*> commands);
+  QPixmap Picture() const;  // without what lies over it
   void FillBookmarks();
   void BackOut();
   void SaveScreenshot();
@@ -254,8 +260,9 @@ class MainWindow : public QMainWindow {
   QPointer<KeysDialog> keys_dialog_;
   QPointer<QMessageBox> dialog_;
   std::deque<std::pair<QString, QString>> errors_;
-  QString opening_;                  // entry of the recent files, once it has opened
-  std::optional<OpenRequest> form_;  // of the dialog, until it has opened
+  QWidget *switch_ = nullptr, *gizmo_ = nullptr;  // over the canvas
+  QString opening_;                               // entry of the recent files, once it has opened
+  std::optional<OpenRequest> form_;               // of the dialog, until it has opened
   std::shared_ptr<const RegionSelection> cloud_of_;  // whose points the canvas shows
   QColor cloud_color_;
   RegionColors colors_;

@@ -20,6 +20,7 @@
 #include <QUrl>
 
 #include "base/run_clock.h"
+#include "viewer/canvas/canvas_overlays.h"
 #include "viewer/canvas/overlay_color.h"
 #include "viewer/canvas/uncertainty.h"
 #include "viewer/panels/quality_panel.h"
@@ -165,11 +166,11 @@ void MainWindow::BuildMenus() {
   edit->addAction(tr("&Preferences…"), this, &MainWindow::ShowPreferences);
   QMenu* view = menuBar()->addMenu(tr("&View"));
   add(view, {"view.next", "view.previous", "", "camera.frame", "camera.reset", "camera.fly_mode",
-             "", "show.frusta", "show.depth", "show.split", "show.mask", ""});
+             "", "show.frusta", "show.depth", "show.cloud", "show.mask", "show.split", ""});
   bookmarks_ = view->addMenu(tr("&Kept cameras"));
   bookmarks_->setObjectName("bookmarks");
   connect(bookmarks_, &QMenu::aboutToShow, this, &MainWindow::FillBookmarks);
-  add(view->addMenu(tr("&Advanced")), {"show.cloud", "show.uncertain", "show.look_ahead"});
+  add(view->addMenu(tr("&Advanced")), {"show.uncertain", "show.look_ahead"});
   QMenu* window = menuBar()->addMenu(tr("&Window"));
   panels_menu_ = window->addMenu(tr("&Panels"));
   add(window, {"window.panels", "window.full_screen", "window.screenshot"});
@@ -202,8 +203,7 @@ void MainWindow::BuildToolBar() {
   bar->setContextMenuPolicy(Qt::PreventContextMenu);
   bar->setToolButtonStyle(Qt::ToolButtonIconOnly);
   for (const char* command : {"selection.enter", "", "edit.undo", "edit.redo", "", "view.previous",
-                              "view.next", "camera.frame", "camera.fly_mode", "", "show.frusta",
-                              "show.depth", "show.split", "show.mask"}) {
+                              "view.next", "camera.frame", "camera.fly_mode"}) {
     if (*command) {
       bar->addAction(action(command));
     } else {
@@ -213,15 +213,70 @@ void MainWindow::BuildToolBar() {
   auto* paint = qobject_cast<QToolButton*>(bar->widgetForAction(action("selection.enter")));
   paint->setProperty(kPrimary, true);
   paint->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
+  BuildOverlays();
   DrawIcons();
+}
+
+void MainWindow::BuildOverlays() {
+  std::vector<QAction*> actions;
+  for (const char* command :
+       {"show.frusta", "show.depth", "show.cloud", "show.mask", "show.split"}) {
+    actions.push_back(action(command));
+  }
+  switch_ = new ViewSwitch(actions, canvas_);
+  switch_->setObjectName("view_switch");
+  gizmo_ = new OrientationGizmo(canvas_);
+  canvas_->installEventFilter(this);
+  connect(canvas_, &Canvas::menuWanted, this, [this](const QPoint& at) {
+    ShowMenu("canvas_menu", at,
+             {"selection.enter", "", "camera.frame", "camera.reset", "", "show.frusta",
+              "show.depth", "show.cloud", "show.mask", "show.split", "", "window.copy_picture",
+              "window.screenshot", "window.panels"});
+  });
+}
+
+// In the corner at the top right.
+void MainWindow::PlaceOverlays() {
+  constexpr int kMargin = 10, kGap = 8;
+  switch_->adjustSize();
+  for (QWidget* over : {switch_, gizmo_}) over->raise();  // over the mask
+  switch_->move(canvas_->width() - kMargin - switch_->width(), kMargin);
+  gizmo_->move(canvas_->width() - kMargin - gizmo_->width(), switch_->geometry().bottom() + kGap);
+}
+
+bool MainWindow::eventFilter(QObject* object, QEvent* event) {
+  if (object == canvas_ && event->type() == QEvent::Resize) PlaceOverlays();
+  return QMainWindow::eventFilter(object, event);
+}
+
+void MainWindow::ShowMenu(const char* name, const QPoint& at,
+                          std::initializer_list<const char*> commands) {
+  auto* menu = new QMenu(this);
+  menu->setObjectName(name);
+  menu->setAttribute(Qt::WA_DeleteOnClose);
+  for (const char* command : commands) {
+    if (*command) {
+      menu->addAction(action(command));
+    } else {
+      menu->addSeparator();
+    }
+  }
+  menu->popup(at);
+}
+
+QPixmap MainWindow::Picture() const {
+  for (QWidget* over : {switch_, gizmo_}) over->hide();
+  QPixmap picture = pages_->currentWidget()->grab();
+  for (QWidget* over : {switch_, gizmo_}) over->show();
+  return picture;
 }
 
 void MainWindow::DrawIcons() {
   static const std::pair<const char*, const char*> kIcons[] = {
-      {"edit.undo", "undo"},      {"edit.redo", "redo"},       {"view.previous", "previous"},
-      {"view.next", "next"},      {"camera.frame", "frame"},   {"camera.fly_mode", "fly"},
-      {"show.frusta", "cameras"}, {"show.depth", "depth"},     {"show.split", "split"},
-      {"show.mask", "mask"},      {"selection.enter", "brush"}};
+      {"edit.undo", "undo"},      {"edit.redo", "redo"},     {"view.previous", "previous"},
+      {"view.next", "next"},      {"camera.frame", "frame"}, {"camera.fly_mode", "fly"},
+      {"show.frusta", "cameras"}, {"show.depth", "depth"},   {"show.split", "split"},
+      {"show.mask", "mask"},      {"show.cloud", "points"},  {"selection.enter", "brush"}};
   for (const auto& [command, icon] : kIcons) {
     QPalette colors = palette();
     if (action(command) == action("selection.enter")) {
@@ -328,7 +383,7 @@ void MainWindow::SaveScreenshot() {
   const QString path = QDir(folder).filePath(
       "retint-" + QDateTime::currentDateTime().toString("yyyyMMdd-HHmmss-zzz") + ".png");
   // The picture, not the window around it.
-  const QPixmap picture = pages_->currentWidget()->grab();
+  const QPixmap picture = Picture();
   if (!picture.save(path)) {
     ShowError(tr("The screenshot cannot be saved"), tr("%1 cannot be written").arg(path));
     return;
@@ -337,7 +392,7 @@ void MainWindow::SaveScreenshot() {
 }
 
 void MainWindow::CopyPicture() {
-  QApplication::clipboard()->setPixmap(pages_->currentWidget()->grab());
+  QApplication::clipboard()->setPixmap(Picture());
   Say(tr("The picture is in the clipboard"));
 }
 

@@ -337,6 +337,9 @@ void MainWindow::AddPanels() {
   QDockWidget* selection =
       AddPanel("selection", tr("Selection"), Scrolling(selection_panel), Qt::RightDockWidgetArea);
   views_ = new ViewsPanel(controller_, canvas_, photos_, current_, uncertainty_, preview_);
+  connect(views_, &ViewsPanel::menuWanted, this, [this](const QPoint& at) {
+    ShowMenu("views_menu", at, {"selection.enter", "", "show.frusta", "show.mask", "show.split"});
+  });
   QDockWidget* views = AddPanel("views", tr("Views"), views_, Qt::LeftDockWidgetArea);
   QDockWidget* scene =
       AddPanel("scene", tr("Scene"), new ScenePanel(controller_), Qt::LeftDockWidgetArea);
