@@ -214,6 +214,50 @@ class SmallWindowTest : public ViewerTest {
     QVERIFY2(cut.isEmpty(), qPrintable(cut.join("\n")));
   }
 
+  // Also beside a panel.
+  void TheToolsAreOneRow() {
+    for (const bool beside : {false, true}) {
+      window_->SetSideShown(Qt::RightDockWidgetArea, beside);
+      window_->EnterSelection();
+      QVERIFY(WaitPainting(*window_));
+      QTest::qWait(30);
+      const QRect paper = window_->selection().canvas().geometry();
+      const QSize room = window_->selection().size();
+      // A row of buttons, with what is about it.
+      constexpr int kRow = 44;
+      QVERIFY2(room.height() - paper.height() <= 2 * kRow,
+               qPrintable(QString::number(room.height() - paper.height())));
+      auto* more = window_->findChild<QToolButton*>("toolOptions");
+      int lists = 0;
+      for (auto* button : window_->selection().findChildren<QToolButton*>()) {
+        if (!button->objectName().startsWith("tool") || !button->isCheckable()) continue;
+        QTest::mouseClick(button, Qt::LeftButton);
+        QTest::qWait(10);
+        QCOMPARE(window_->selection().canvas().geometry(), paper);
+        lists += more->isVisible();
+        for (auto* option : window_->findChild<ToolStrip*>()->findChildren<SliderBox*>()) {
+          if (!option->isVisible() ||
+              option->parentWidget() == more->parentWidget()->findChild<QFrame*>("toolOptionsList"))
+            continue;
+          QVERIFY(option->geometry().right() < option->parentWidget()->width());
+        }
+      }
+      QVERIFY(lists > 0);
+      // What has no room is in the list.
+      QTest::keyClick(&window_->selection().canvas(), Qt::Key_W);
+      QVERIFY(more->isVisible());
+      QTest::mouseClick(more, Qt::LeftButton);
+      auto* list = window_->findChild<QFrame*>("toolOptionsList");
+      QTRY_VERIFY(list->isVisible());
+      Keep(*list, "tool-options");
+      Keep(*window_, beside ? "tools-beside" : "tools");
+      QVERIFY(!list->findChildren<SliderBox*>().isEmpty());
+      list->hide();
+      QTest::keyClick(&window_->selection().canvas(), Qt::Key_Escape);
+      QTRY_VERIFY(!window_->IsSelecting());
+    }
+  }
+
   // In a window of 1600 pixels, whatever was done with the tool so far.
   void HintsOfToolsAreWhole() {
     window_.reset();

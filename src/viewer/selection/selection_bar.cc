@@ -15,19 +15,19 @@
 #include <QSpinBox>
 #include <QStyle>
 #include <QToolButton>
+#include <QVBoxLayout>
 
 #include "viewer/selection/reach_choice.h"
 #include "viewer/selection/selection_canvas.h"
 #include "viewer/widgets/icon.h"
 #include "viewer/widgets/long_text.h"
-#include "viewer/widgets/wrap_layout.h"
 
 namespace retint {
 namespace {
 
 constexpr int kSteps = 200;  // of a slider
 constexpr int kIcon = 20;
-constexpr int kPlaceWidth = 90, kHintWidth = 120;  // at least, pixels
+constexpr int kPlaceWidth = 90;  // pixels
 
 struct ToolEntry {
   SelectionTool tool;
@@ -146,7 +146,7 @@ int SliderBox::FromSlider(int position) const {
 // --- ToolStrip ---------------------------------------------------------------------------------
 
 ToolStrip::ToolStrip(SelectionCanvas* canvas, QWidget* parent) : QFrame(parent), canvas_(canvas) {
-  layout_ = new WrapLayout(this);
+  layout_ = new QHBoxLayout(this);
   layout_->setContentsMargins(4, 4, 4, 4);
   layout_->setSpacing(8);
   buttons_ = new QWidget;
@@ -185,9 +185,23 @@ ToolStrip::ToolStrip(SelectionCanvas* canvas, QWidget* parent) : QFrame(parent),
                           tr("How much larger than what was dragged over the box is, a side"));
   opacity_ = new SliderBox(tr("Overlay"), 0, 100, tr(" %"), false,
                            tr("Opacity of the overlay (, and .); hold \\ to hide it"));
-  for (SliderBox* box : {size_, hardness_, tolerance_, edge_, normal_, margin_, opacity_}) {
-    layout_->addWidget(box);
-  }
+  options_ = {reach_, size_, hardness_, tolerance_, edge_, normal_, margin_, opacity_};
+  for (size_t i = 1; i < options_.size(); ++i) layout_->addWidget(options_[i]);
+  list_ = new QFrame(this, Qt::Popup);
+  list_->setObjectName("toolOptionsList");
+  list_->setFrameShape(QFrame::StyledPanel);
+  new QVBoxLayout(list_);
+  more_ = MakeButton(tr("Options"), tr("More options of this tool"));
+  more_->setObjectName("toolOptions");
+  more_->setText(QStringLiteral("…"));
+  layout_->addWidget(more_);
+  layout_->addStretch(1);
+  connect(more_, &QToolButton::clicked, this, [this] {
+    list_->adjustSize();
+    const QPoint below(more_->width() - list_->width(), more_->height());
+    list_->move(more_->mapToGlobal(below));
+    list_->show();
+  });
   connect(size_, &SliderBox::changed, this, [this](int value) {
     canvas_->SetBrush({value / 2.0, canvas_->brush().hardness});
   });
@@ -221,11 +235,9 @@ void ToolStrip::Show() {
   const SelectionTool tool = canvas_->tool();
   tools_->button(static_cast<int>(tool))->setChecked(true);
   const std::vector<SliderBox*> shown = SlidersOf(tool);
-  // Hidden before others are shown: all at once would widen the window.
   for (SliderBox* box : {size_, hardness_, tolerance_, edge_, normal_, margin_}) {
     if (std::ranges::find(shown, box) == shown.end()) box->hide();
   }
-  for (SliderBox* box : shown) box->show();
   const bool like = tool == SelectionTool::kLike;
   const OutlineOptions& outline = canvas_->outline();
   const auto per_mille = [](double value) { return static_cast<int>(std::lround(1000 * value)); };
@@ -236,6 +248,7 @@ void ToolStrip::Show() {
   normal_->SetValue(static_cast<int>(std::lround(outline.wand.normal)));
   margin_->SetValue(static_cast<int>(std::lround(100 * outline.box_margin)));
   opacity_->SetValue(static_cast<int>(std::lround(100 * canvas_->overlay_opacity())));
+  Fit();
 }
 
 std::vector<SliderBox*> ToolStrip::SlidersOf(SelectionTool tool) const {
@@ -257,19 +270,51 @@ std::vector<SliderBox*> ToolStrip::SlidersOf(SelectionTool tool) const {
   }
 }
 
-void ToolStrip::FitHeight() {
-  int height = 0;
-  for (const ToolEntry& entry : kTools) {
-    std::vector<QWidget*> widgets = {buttons_, reach_};
-    for (SliderBox* box : SlidersOf(entry.tool)) widgets.push_back(box);
-    height = std::max(height, layout_->HeightOf(widgets, width()));
+void ToolStrip::Fit() {
+  const std::vector<SliderBox*> sliders = SlidersOf(canvas_->tool());
+  const auto is_used = [&](const QWidget* option) {
+    return option == reach_ || std::ranges::find(sliders, option) != sliders.end();
+  };
+  const int gap = layout_->spacing();
+  const QMargins margins = layout_->contentsMargins();
+  int room = width() - margins.left() - margins.right() - buttons_->sizeHint().width();
+  int needed = 0;
+  for (const QWidget* option : options_) {
+    if (is_used(option)) needed += gap + option->sizeHint().width();
   }
-  setFixedHeight(height);
+  const bool all = needed <= room;
+  if (!all) room -= gap + more_->sizeHint().width();
+  bool fits = true;
+  int in_row = 1;  // of the layout, after the buttons
+  for (QWidget* option : options_) {
+    if (!is_used(option)) {  // in the row or in the list, it is hidden
+      in_row += option->parentWidget() == this;
+      continue;
+    }
+    room -= gap + option->sizeHint().width();
+    fits = fits && room >= 0;
+    if (fits && option->parentWidget() != this) layout_->insertWidget(in_row, option);
+    if (!fits && option->parentWidget() == this) list_->layout()->addWidget(option);
+    option->show();
+    in_row += fits;
+  }
+  more_->setVisible(!all);
+  if (list_->isVisible()) list_->adjustSize();
+}
+
+QSize ToolStrip::minimumSizeHint() const {
+  const QMargins margins = layout_->contentsMargins();
+  int height = 0;
+  for (const QWidget* part : options_) height = std::max(height, part->sizeHint().height());
+  height = std::max({height, buttons_->sizeHint().height(), more_->sizeHint().height()});
+  return {margins.left() + margins.right() + buttons_->sizeHint().width() + layout_->spacing() +
+              more_->sizeHint().width(),
+          margins.top() + margins.bottom() + height};
 }
 
 void ToolStrip::resizeEvent(QResizeEvent* event) {
   QFrame::resizeEvent(event);
-  FitHeight();
+  Fit();
 }
 
 void ToolStrip::DrawIcons() {
@@ -287,18 +332,16 @@ void ToolStrip::changeEvent(QEvent* event) {
 
 ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
     : QFrame(parent), canvas_(canvas) {
-  auto* rows = new WrapLayout(this);
+  auto* rows = new QHBoxLayout(this);
   rows->setContentsMargins(4, 4, 4, 4);
   rows->setSpacing(6);
-  // If there is no room for all in a row: editing above, ending the mode below. The buttons alone
-  // where it is narrower still.
   const auto part = [&](QSizePolicy::Policy across) {
     auto* widget = new QWidget;
     widget->setSizePolicy(across, QSizePolicy::Fixed);
     auto* made = new QHBoxLayout(widget);
     made->setContentsMargins(0, 0, 0, 0);
     made->setSpacing(3);
-    rows->addWidget(widget);
+    rows->addWidget(widget, across == QSizePolicy::Fixed ? 0 : 1);
     return made;
   };
   AddOperations(part(QSizePolicy::Fixed));
@@ -309,17 +352,15 @@ ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
   target_->setToolTip(tr("What the strokes go to; can be changed until the first stroke"));
   target_->setFocusPolicy(Qt::TabFocus);
   target_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
-  target_->setMinimumContentsLength(12);
+  target_->setMinimumContentsLength(10);
   target_->setSizePolicy(QSizePolicy::Maximum, QSizePolicy::Fixed);
   layout->addWidget(target_);
   layout->addSpacing(4);
   place_ = new ElidedLabel;
-  place_->setMinimumWidth(kPlaceWidth);
   layout->addWidget(place_, 1);
   layout = part(QSizePolicy::Expanding);
   hint_ = new QLabel;
   hint_->setObjectName("selectionHint");
-  hint_->setMinimumWidth(kHintWidth);
   hint_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
   hint_->installEventFilter(this);
   layout->addWidget(hint_, 1);

@@ -22,7 +22,6 @@ namespace retint {
 
 class ReachChoice;
 class SelectionCanvas;
-class WrapLayout;
 enum class SelectionTool;
 
 // A number with its label, slider and box; the slider's scale may be logarithmic.
@@ -54,21 +53,27 @@ class ToolStrip : public QFrame {
  public:
   explicit ToolStrip(SelectionCanvas* canvas, QWidget* parent = nullptr);
   ReachChoice& reach() { return *reach_; }
+  QSize minimumSizeHint() const override;
 
  protected:
   void changeEvent(QEvent* event) override;
   void resizeEvent(QResizeEvent* event) override;
 
  private:
-  void Show();       // the canvas's options
-  void FitHeight();  // to the tool that needs most at this width: the picture stays where it is
+  void Show();  // the canvas's options
+  // Options for which the row has no room go to the list of the button at its end: the picture
+  // stays where it is.
+  void Fit();
   // The sliders of a tool.
   std::vector<SliderBox*> SlidersOf(SelectionTool tool) const;
   void DrawIcons();
 
   SelectionCanvas* canvas_;
-  WrapLayout* layout_;
+  QHBoxLayout* layout_;
   QWidget* buttons_;
+  QToolButton* more_;
+  QFrame* list_;
+  std::vector<QWidget*> options_;  // in their order
   QButtonGroup* tools_;
   ReachChoice* reach_;
   SliderBox *size_, *hardness_, *tolerance_, *edge_, *normal_, *margin_, *opacity_;

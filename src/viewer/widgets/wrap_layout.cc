@@ -71,14 +71,6 @@ int WrapLayout::HeightOf(const std::vector<Row>& rows) const {
 
 int WrapLayout::heightForWidth(int width) const { return HeightOf(Rows(SizesOf(Shown()), width)); }
 
-int WrapLayout::HeightOf(const std::vector<QWidget*>& widgets, int width) const {
-  std::vector<QSize> sizes;
-  for (const QWidget* widget : widgets) {
-    sizes.push_back(widget->sizeHint().expandedTo(widget->minimumSizeHint()));
-  }
-  return HeightOf(Rows(sizes, width));
-}
-
 QSize WrapLayout::sizeHint() const {
   const auto rows = Rows(SizesOf(Shown()), QWIDGETSIZE_MAX);
   const QSize size = rows.empty() ? QSize(0, 0) : QSize(rows[0].width, rows[0].height);

@@ -24,8 +24,6 @@ class WrapLayout : public QLayout {
   QSize sizeHint() const override;     // one row
   QSize minimumSize() const override;  // as narrow as the widest widget
   void setGeometry(const QRect& rect) override;
-  // The height that these widgets would need alone, whether they show or not.
-  int HeightOf(const std::vector<QWidget*>& widgets, int width) const;
 
  private:
   struct Row {
