@@ -185,7 +185,11 @@ class ExportsTest : public FilesFixture {
       auto* video = dialog->findChild<QCheckBox*>("export_video");
       QVERIFY(video->isEnabled() && !video->isChecked());
       video->click();
-      dialog->findChild<QSpinBox*>("export_frames")->setValue(3);
+      dialog->findChild<QComboBox*>("export_size")->setCurrentIndex(1);
+      dialog->findChild<QDoubleSpinBox*>("export_seconds")->setValue(0.2);
+      dialog->findChild<QSpinBox*>("export_rate")->setValue(15);
+      QCOMPARE(dialog->findChild<QLabel*>("export_count")->text(), QString("3 pictures"));
+      Keep(*dialog, "turntable");
       dialog->findChild<QLineEdit*>("export_folder")->setText(QString::fromStdString(to.string()));
       QTest::mouseClick(dialog->findChild<QPushButton*>("export_write"), Qt::LeftButton);
     };
@@ -195,7 +199,10 @@ class ExportsTest : public FilesFixture {
     const std::string asked = ReadFile(first / "turntable.mp4");
     QVERIFY2(asked.find("50 %% turn/%04d.png") != std::string::npos, asked.c_str());
     QVERIFY2(asked.find("-pix_fmt yuv420p") != std::string::npos, asked.c_str());
-    QVERIFY(fs::exists(first / "0002.png"));
+    QVERIFY2(asked.find("-framerate 15") != std::string::npos, asked.c_str());
+    QVERIFY(fs::exists(first / "0002.png") && !fs::exists(first / "0003.png"));
+    QCOMPARE(ReadImage8(first / "0001.png").width, 1280);
+    QCOMPARE(ReadImage8(first / "0001.png").height, 720);
     // What it complains of is shown, and nothing half-made stays.
     install("for last; do :; done; echo half > \"$last\"; echo no such encoder; exit 1\n");
     turn(folder / "second");
@@ -308,7 +315,8 @@ class ExportsTest : public FilesFixture {
     Export(4);
     auto* dialog = window_->findChild<QDialog*>("export_dialog");
     QVERIFY(dialog && dialog->isVisible());
-    dialog->findChild<QSpinBox*>("export_frames")->setValue(100000);  // more than anyone waits for
+    dialog->findChild<QDoubleSpinBox*>("export_seconds")
+        ->setValue(3000);  // more than anyone waits for
     dialog->findChild<QLineEdit*>("export_folder")
         ->setText(QString::fromStdString((folder / "turn").string()));
     QTest::mouseClick(dialog->findChild<QPushButton*>("export_write"), Qt::LeftButton);

@@ -463,7 +463,8 @@ class PanelsTest : public PanelsFixture {
     QTRY_VERIFY(!window_->findChild<QDialog*>("export_dialog"));
     dialog = ask(4, out + "/turn");
     dialog->findChild<QComboBox*>("export_choice")->setCurrentIndex(1);
-    dialog->findChild<QSpinBox*>("export_frames")->setValue(3);
+    QVERIFY(!dialog->findChild<QComboBox*>("export_size")->isEnabled());  // the views have theirs
+    dialog->findChild<QDoubleSpinBox*>("export_seconds")->setValue(0.1);  // 3 frames
     QTest::mouseClick(dialog->findChild<QPushButton*>("export_write"), Qt::LeftButton);
     QTRY_COMPARE_WITH_TIMEOUT(written.count(), 2, kWaitMs);
     QVERIFY(std::filesystem::exists(*folder_ / "out" / "turn" / "0002.png"));

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "viewer/panels/export_dialog.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include <QCheckBox>
 #include <QComboBox>
 #include <QDialogButtonBox>
+#include <QDoubleSpinBox>
 #include <QFileDialog>
 #include <QFormLayout>
 #include <QHBoxLayout>
@@ -22,7 +26,8 @@
 namespace retint {
 namespace {
 
-constexpr int kTurntableFrames = 120;
+constexpr double kTurntableSeconds = 4;
+constexpr int kTurntableRate = 30;  // frames a second
 
 }  // namespace
 
@@ -76,18 +81,46 @@ void ExportDialog::AddChoice(QFormLayout* form, Kind kind, const QString& view) 
     choice_->setToolTip(tr("The path of the camera; double-click the picture to set the focus"));
   }
   form->addRow(views ? tr("&Views") : tr("&Path"), choice_);
-  if (views) return;
-  frames_ = new QSpinBox;
-  frames_->setObjectName("export_frames");
-  frames_->setRange(2, 100000);
-  frames_->setValue(kTurntableFrames);
-  frames_->setToolTip(tr("Pictures along the whole path"));
-  form->addRow(tr("F&rames"), frames_);
+  if (!views) AddTurntable(form);
+}
+
+void ExportDialog::AddTurntable(QFormLayout* form) {
+  size_ = new QComboBox;
+  size_->setObjectName("export_size");
+  size_->addItem(tr("As on the screen"), QSize());
+  for (const QSize& size : {QSize(1280, 720), QSize(1920, 1080), QSize(3840, 2160)}) {
+    size_->addItem(tr("%1 × %2").arg(size.width()).arg(size.height()), size);
+  }
+  size_->setToolTip(tr("Through the training views, frames are as large as those"));
+  connect(choice_, &QComboBox::currentIndexChanged, size_,
+          [this](int path) { size_->setEnabled(path == kOrbit); });
+  form->addRow(tr("&Size"), size_);
+  seconds_ = new QDoubleSpinBox;
+  seconds_->setObjectName("export_seconds");
+  seconds_->setDecimals(1);
+  seconds_->setRange(0.1, 3600);
+  seconds_->setValue(kTurntableSeconds);
+  seconds_->setSuffix(tr(" s"));
+  seconds_->setToolTip(tr("How long the whole path takes"));
+  form->addRow(tr("&Length"), seconds_);
+  rate_ = new QSpinBox;
+  rate_->setObjectName("export_rate");
+  rate_->setRange(1, 120);
+  rate_->setValue(kTurntableRate);
+  rate_->setSuffix(tr(" a second"));
+  form->addRow(tr("F&rames"), rate_);
+  auto* count = new QLabel;
+  count->setObjectName("export_count");
+  const auto show = [this, count] { count->setText(tr("%L1 pictures").arg(frames())); };
+  connect(seconds_, &QDoubleSpinBox::valueChanged, this, show);
+  connect(rate_, &QSpinBox::valueChanged, this, show);
+  show();
+  form->addRow(QString(), count);
   video_ = new QCheckBox(tr("Make a v&ideo of them (mp4)"));
   video_->setObjectName("export_video");
   const bool ffmpeg = !VideoMaker::Program().isEmpty();
   video_->setEnabled(ffmpeg);
-  video_->setToolTip(ffmpeg ? tr("30 frames a second, made by the program ffmpeg")
+  video_->setToolTip(ffmpeg ? tr("Made by the program ffmpeg")
                             : tr("The program ffmpeg was not found. Install it to make videos"));
   form->addRow(video_);
 }
@@ -115,7 +148,13 @@ void ExportDialog::AddFolder(QFormLayout* form, const QString& folder) {
 
 int ExportDialog::choice() const { return choice_ ? choice_->currentIndex() : 0; }
 bool ExportDialog::video() const { return video_ && video_->isChecked(); }
-int ExportDialog::frames() const { return frames_ ? frames_->value() : 0; }
+int ExportDialog::frames() const {
+  return seconds_ ? std::max(2, int(std::lround(seconds_->value() * rate_->value()))) : 0;
+}
+int ExportDialog::frames_per_second() const { return rate_ ? rate_->value() : 0; }
+QSize ExportDialog::frame_size() const {
+  return size_ && size_->isEnabled() ? size_->currentData().toSize() : QSize();
+}
 
 std::filesystem::path ExportDialog::folder() const { return folder_->text().toStdString(); }
 

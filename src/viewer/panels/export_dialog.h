@@ -8,6 +8,7 @@
 
 class QCheckBox;
 class QComboBox;
+class QDoubleSpinBox;
 class QFormLayout;
 class QLabel;
 class QLineEdit;
@@ -30,17 +31,23 @@ class ExportDialog : public QDialog {
   ExportDialog(Kind kind, const QString& subject, const QString& folder, QWidget* parent);
 
   int choice() const;  // of kMasks: 0
+  // Of kTurntable.
   int frames() const;
-  bool video() const;  // also wanted
+  int frames_per_second() const;
+  QSize frame_size() const;  // of a frame; empty: as the path has it
+  bool video() const;        // also wanted
   std::filesystem::path folder() const;
 
  private:
   void AddChoice(QFormLayout* form, Kind kind, const QString& view);
+  void AddTurntable(QFormLayout* form);
   void AddFolder(QFormLayout* form, const QString& folder);
   void Check();
 
   QComboBox* choice_ = nullptr;
-  QSpinBox* frames_ = nullptr;
+  QComboBox* size_ = nullptr;
+  QDoubleSpinBox* seconds_ = nullptr;
+  QSpinBox* rate_ = nullptr;
   QCheckBox* video_ = nullptr;
   QLineEdit* folder_;
   QLabel* problem_;

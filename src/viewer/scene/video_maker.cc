@@ -9,8 +9,6 @@
 namespace retint {
 namespace {
 
-constexpr int kFramesPerSecond = 30;
-
 QString Text(const std::filesystem::path& path) { return QString::fromStdString(path.string()); }
 
 // Of the numbers' length; ffmpeg reads a % in a folder's name as a pattern too.
@@ -43,8 +41,9 @@ bool VideoMaker::Needs(const std::filesystem::path& folder) const {
   });
 }
 
-void VideoMaker::Make(const std::filesystem::path& folder, const std::filesystem::path& video) {
-  films_.push_back({folder, video});
+void VideoMaker::Make(const std::filesystem::path& folder, const std::filesystem::path& video,
+                      int rate) {
+  films_.push_back({folder, video, rate});
   if (films_.size() == 1) MakeFirst();
 }
 
@@ -59,10 +58,9 @@ void VideoMaker::MakeFirst() {
     if (error == QProcess::FailedToStart) FfmpegEnded(-1, QProcess::CrashExit);
   });
   // Sizes are made even and the colors halved, as players want them.
-  process_->start(
-      Program(), {"-y", "-loglevel", "error", "-framerate", QString::number(kFramesPerSecond), "-i",
-                  Pattern(film.folder), "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt",
-                  "yuv420p", "-movflags", "+faststart", Text(part_)});
+  process_->start(Program(), {"-y", "-loglevel", "error", "-framerate", QString::number(film.rate),
+                              "-i", Pattern(film.folder), "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2",
+                              "-pix_fmt", "yuv420p", "-movflags", "+faststart", Text(part_)});
 }
 
 void VideoMaker::End(const QString& error) {

@@ -20,9 +20,9 @@ class VideoMaker : public QObject {
   explicit VideoMaker(QObject* parent = nullptr) : QObject(parent) {}
   ~VideoMaker() override;  // an unfinished film is removed
 
-  // Makes `video` (.mp4) of <folder>/0000.png, 0001.png, ..., 30 a second. Emits finished() or
-  // failed(). One at a time: the next begins when the one before has ended.
-  void Make(const std::filesystem::path& folder, const std::filesystem::path& video);
+  // Makes `video` (.mp4) of <folder>/0000.png, 0001.png, ..., so many a second. Emits
+  // finished() or failed(). One at a time: the next begins when the one before has ended.
+  void Make(const std::filesystem::path& folder, const std::filesystem::path& video, int rate);
   bool IsBusy() const { return !films_.empty(); }
   // Whether a film of the pictures in `folder` is being made or waits.
   bool Needs(const std::filesystem::path& folder) const;
@@ -34,6 +34,7 @@ class VideoMaker : public QObject {
  private:
   struct Film {
     std::filesystem::path folder, video;
+    int rate;  // frames a second
   };
   void MakeFirst();
   void FfmpegEnded(int code, QProcess::ExitStatus status);

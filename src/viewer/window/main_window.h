@@ -201,7 +201,7 @@ class MainWindow : public QMainWindow {
   void ExportReport();
   void ExportTurntable();
   void ExportComparison();
-  void MakeVideo(const std::filesystem::path& folder, const std::filesystem::path& video);
+  void MakeVideo(const std::filesystem::path& folder, const std::filesystem::path& video, int rate);
   // The proposed folder of outputs: the one that was written to last, else beside the session or
   // the workspace. The name begins with that of the open scene and ends in `ending`.
   std::filesystem::path ProposedOutput(const QString& ending) const;

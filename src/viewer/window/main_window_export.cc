@@ -202,11 +202,13 @@ void MainWindow::ExportTurntable() {
     if (!facts) return;
     const PosedCamera shown = canvas_->navigation().Rendered();
     // Even sizes: video encoders want them.
+    const QSize asked = dialog->frame_size();
+    const QSize size = asked.isEmpty() ? QSize(shown.camera.width, shown.camera.height) : asked;
     const auto cameras =
         dialog->choice() == ExportDialog::kThroughViews
             ? ViewPath(facts->workspace->reconstruction, facts->Standpoints(), dialog->frames())
-            : canvas_->navigation().Turntable(dialog->frames(), shown.camera.width & ~1,
-                                              shown.camera.height & ~1);
+            : canvas_->navigation().Turntable(dialog->frames(), size.width() & ~1,
+                                              size.height() & ~1);
     const fs::path folder = dialog->folder();
     if (videos_->Needs(folder)) {
       return ShowError(tr("Choose another folder"),
@@ -216,8 +218,9 @@ void MainWindow::ExportTurntable() {
     const std::vector<fs::path> frames = NumberedPictures(folder);
     std::vector<fs::path> files = frames;
     if (dialog->video()) files.push_back(video);
-    const auto then = [this, folder, video, wanted = dialog->video()] {
-      if (wanted) MakeVideo(folder, video);
+    const auto then = [this, folder, video, wanted = dialog->video(),
+                       rate = dialog->frames_per_second()] {
+      if (wanted) MakeVideo(folder, video, rate);
     };
     ConfirmReplacing(folder, files, [this, folder, cameras, then, frames] {
       controller_->results().WriteFrames(folder, cameras, then, frames);
@@ -226,10 +229,10 @@ void MainWindow::ExportTurntable() {
   dialog->open();
 }
 
-void MainWindow::MakeVideo(const fs::path& folder, const fs::path& video) {
+void MainWindow::MakeVideo(const fs::path& folder, const fs::path& video, int rate) {
   Say(videos_->IsBusy() ? tr("%1 is made after the video before it").arg(Text(video))
                         : tr("Making %1").arg(Text(video)));
-  videos_->Make(folder, video);
+  videos_->Make(folder, video, rate);
 }
 
 void MainWindow::ExportComparison() {
