@@ -479,9 +479,10 @@ void MainWindow::SetOnStartPage(bool on) {
 }
 
 void MainWindow::ArrangePanels(bool shown) {
-  if (shown) {
+  if (shown && !std::exchange(is_laid_out_, true)) {
+    FoldSides();
+  } else if (shown) {
     restoreState(layout_);
-    if (!std::exchange(is_laid_out_, true)) FoldSides();
   } else {
     layout_ = saveState();
     for (QDockWidget* dock : docks_) dock->hide();

@@ -241,9 +241,9 @@ void MainWindow::SetSideShown(Qt::DockWidgetArea side, bool shown) {
 }
 
 void MainWindow::FoldSides() {
-  constexpr int kForViews = 1800, kForBoth = 1200;  // pixels
-  if (width() < kForBoth) SetSideShown(Qt::RightDockWidgetArea, false);
-  if (width() < kForViews) SetSideShown(Qt::LeftDockWidgetArea, false);
+  constexpr int kForViews = 1800, kForRegions = 1200;  // pixels
+  if (width() >= kForRegions) SetSideShown(Qt::RightDockWidgetArea, true);
+  if (width() >= kForViews) SetSideShown(Qt::LeftDockWidgetArea, true);
 }
 
 void MainWindow::AddStrip(Qt::DockWidgetArea side) {
