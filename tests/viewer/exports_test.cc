@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include <QCheckBox>
+#include <QComboBox>
 #include <QLabel>
 #include <QLocale>
 #include <QProgressBar>
