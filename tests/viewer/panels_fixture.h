@@ -100,7 +100,11 @@ class PanelsFixture : public QObject {
     request.options.backend = "cpu";
     Controller().colors().SetAutomaticRefit(false);
     window_->OpenScene(request);
-    return QTest::qWaitFor([&] { return opened.count() == 1; }, kWaitMs);
+    if (!QTest::qWaitFor([&] { return opened.count() == 1; }, kWaitMs)) return false;
+    for (const auto side : {Qt::LeftDockWidgetArea, Qt::RightDockWidgetArea}) {
+      window_->SetSideShown(side, true);  // a first window folds one
+    }
+    return true;
   }
 
   void Close() {

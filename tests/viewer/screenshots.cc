@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <functional>
 #include <map>
+#include <string>
 
 #include <QAbstractButton>
 #include <QAction>
@@ -14,7 +15,6 @@
 #include <QBuffer>
 #include <QCheckBox>
 #include <QDir>
-#include <QDockWidget>
 #include <QFile>
 #include <QPainter>
 #include <QSignalSpy>
@@ -124,8 +124,8 @@ class Photographer {
   }
 
   void Raise(const char* dock) {
-    auto* found = window_.findChild<QDockWidget*>(dock);
-    if (found) found->raise();
+    window_.action(std::string("panel.") + dock)->trigger();  // also if its side is folded
+    window_.canvas().setFocus();
     QTest::qWait(200);
   }
 

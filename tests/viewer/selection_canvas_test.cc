@@ -7,12 +7,15 @@
 #include <memory>
 
 #include <QAbstractButton>
+#include <QAction>
 #include <QKeyEvent>
+#include <QMenu>
 #include <QMouseEvent>
 #include <QSignalSpy>
 #include <QSlider>
 #include <QSpinBox>
 #include <QTest>
+#include <QToolButton>
 #include <QWheelEvent>
 
 #include "tests/viewer/canvas_fixture.h"
@@ -486,6 +489,7 @@ class SelectionCanvasTest : public CanvasFixture {
       }
       return static_cast<QSlider*>(nullptr);
     };
+    strip.resize(1400, strip.sizeHint().height());  // with room for all options of a tool
     strip.show();
     const double radius = canvas_->brush().radius, hardness = canvas_->brush().hardness;
     QTest::keyClick(slider("Size"), Qt::Key_PageUp);
@@ -520,6 +524,32 @@ class SelectionCanvasTest : public CanvasFixture {
       QVERIFY2(!button->toolTip().isEmpty() && !button->accessibleName().isEmpty(),
                qPrintable(button->objectName()));
     }
+  }
+
+  // Nothing is cut: operations without room are in a menu at the end of their row.
+  void OperationsOfANarrowStripAreInAMenu() {
+    ActionStrip strip(canvas_.get());
+    strip.SetPaintable(true);
+    strip.SetTargets({"New region"}, 0, "in IMG_5881.jpg");
+    strip.resize(strip.minimumSizeHint());
+    strip.show();
+    QVERIFY(QTest::qWaitForWindowExposed(&strip));
+    for (const char* name :
+         {"actionUndo", "selectionTarget", "selectionCancel", "selectionAccept"}) {
+      const auto* part = strip.findChild<QWidget*>(name);
+      QVERIFY2(part->visibleRegion().boundingRect().size() == part->size(), name);
+    }
+    QVERIFY(!strip.findChild<QWidget*>("actionSelectall")->isVisible());
+    auto* more = strip.findChild<QToolButton*>("qt_toolbar_ext_button");
+    QVERIFY(more->isVisible() && more->menu());
+    for (QAction* action : more->menu()->actions()) {
+      if (action->text() == "Select all") action->trigger();
+    }
+    QCOMPARE(Inside(), size_t{kWidth * kHeight});
+    // In a wide one they are in the row.
+    strip.resize(1000, strip.height());
+    QTRY_VERIFY(strip.findChild<QWidget*>("actionSelectall")->isVisible());
+    QVERIFY(!more->isVisible());
   }
 };
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string_view>
 
+#include <QAction>
 #include <QButtonGroup>
 #include <QComboBox>
 #include <QEvent>
@@ -14,6 +15,7 @@
 #include <QSlider>
 #include <QSpinBox>
 #include <QStyle>
+#include <QToolBar>
 #include <QToolButton>
 #include <QVBoxLayout>
 
@@ -64,13 +66,17 @@ constexpr ToolEntry kTools[] = {
 
 const QString kBetweenHints = QStringLiteral("  ·  ");
 
+QSize IconSizeOf(const QWidget& widget) {
+  const int side = std::max(kIcon, widget.fontMetrics().height());
+  return {side, side};
+}
+
 QToolButton* MakeButton(const QString& name, const QString& tip) {
   auto* button = new QToolButton;
   button->setAccessibleName(name);
   button->setToolTip(tip);
   button->setAutoRaise(true);
-  const int side = std::max(kIcon, button->fontMetrics().height());
-  button->setIconSize({side, side});
+  button->setIconSize(IconSizeOf(*button));
   button->setFocusPolicy(Qt::TabFocus);
   return button;
 }
@@ -335,17 +341,17 @@ ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
   auto* rows = new QHBoxLayout(this);
   rows->setContentsMargins(4, 4, 4, 4);
   rows->setSpacing(6);
-  const auto part = [&](QSizePolicy::Policy across) {
+  rows->addWidget(MakeOperations());
+  const auto part = [&] {
     auto* widget = new QWidget;
-    widget->setSizePolicy(across, QSizePolicy::Fixed);
+    widget->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
     auto* made = new QHBoxLayout(widget);
     made->setContentsMargins(0, 0, 0, 0);
     made->setSpacing(3);
-    rows->addWidget(widget, across == QSizePolicy::Fixed ? 0 : 1);
+    rows->addWidget(widget, 1);
     return made;
   };
-  AddOperations(part(QSizePolicy::Fixed));
-  QHBoxLayout* layout = part(QSizePolicy::Expanding);
+  QHBoxLayout* layout = part();
   target_ = new QComboBox;
   target_->setObjectName("selectionTarget");
   target_->setAccessibleName(tr("Target of the strokes"));
@@ -358,7 +364,7 @@ ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
   layout->addSpacing(4);
   place_ = new ElidedLabel;
   layout->addWidget(place_, 1);
-  layout = part(QSizePolicy::Expanding);
+  layout = part();
   hint_ = new QLabel;
   hint_->setObjectName("selectionHint");
   hint_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
@@ -380,26 +386,33 @@ ActionStrip::ActionStrip(SelectionCanvas* canvas, QWidget* parent)
   Show();
 }
 
-void ActionStrip::AddOperations(QHBoxLayout* layout) {
+// Those for which the row has no room go to the menu of the button at the bar's end.
+QToolBar* ActionStrip::MakeOperations() {
+  auto* bar = new QToolBar;
+  bar->setIconSize(IconSizeOf(*bar));
+  bar->layout()->setContentsMargins(0, 0, 0, 0);
   const auto add = [&](const char* icon, const char* name, const QString& tip, auto act) {
-    QToolButton* button = MakeButton(tr(name), tip);
-    button->setObjectName(QString("action") + QString(name).remove(' '));
-    connect(button, &QToolButton::clicked, this, [this, act] {
+    QAction* action = bar->addAction(tr(name), this, [this, act] {
       act(*canvas_);
       canvas_->setFocus();
     });
-    layout->addWidget(button);
-    buttons_.emplace_back(button, icon);
+    action->setToolTip(tip);
+    QWidget* button = bar->widgetForAction(action);
+    button->setObjectName(QString("action") + QString(name).remove(' '));
+    button->setAccessibleName(tr(name));
+    button->setFocusPolicy(Qt::TabFocus);
+    operations_.emplace_back(action, icon);
   };
   add("undo", "Undo", tr("Undo the last stroke (Ctrl+Z)"), [](auto& c) { c.Undo(); });
   add("redo", "Redo", tr("Redo (Ctrl+Shift+Z or Ctrl+Y)"), [](auto& c) { c.Redo(); });
-  layout->addWidget(MakeLine());
+  bar->addSeparator();
   add("grow", "Grow", tr("Grow by a pixel (G)"), [](auto& c) { c.GrowBy(1); });
   add("shrink", "Shrink", tr("Shrink by a pixel (Shift+G)"), [](auto& c) { c.GrowBy(-1); });
   add("invert", "Invert", tr("Invert (Ctrl+I)"), [](auto& c) { c.Invert(); });
   add("all", "Select all", tr("Select all (Ctrl+A)"), [](auto& c) { c.SelectAll(); });
   add("none", "Select none", tr("Select nothing (Ctrl+Shift+A)"), [](auto& c) { c.SelectNone(); });
-  layout->addWidget(MakeLine());
+  bar->addSeparator();
+  return bar;
 }
 
 void ActionStrip::Connect() {
@@ -447,10 +460,10 @@ void ActionStrip::Show() {
   hint_->setFont(font);
   FitHint();
   const bool undo = canvas_->CanUndo(), redo = canvas_->CanRedo();
-  for (const auto& [button, icon] : buttons_) {
+  for (const auto& [action, icon] : operations_) {
     const std::string_view name = icon;
     const bool useful = name == "undo" ? undo : name == "redo" ? redo : true;
-    button->setEnabled(paintable_ && useful);
+    action->setEnabled(paintable_ && useful);
   }
   accept_->setEnabled(paintable_);
   target_->setEnabled(paintable_ && !undo && !redo);
@@ -478,7 +491,7 @@ bool ActionStrip::eventFilter(QObject* object, QEvent* event) {
 }
 
 void ActionStrip::DrawIcons() {
-  for (auto& [button, icon] : buttons_) button->setIcon(MakeIcon(icon, palette()));
+  for (auto& [action, icon] : operations_) action->setIcon(MakeIcon(icon, palette()));
 }
 
 void ActionStrip::changeEvent(QEvent* event) {

@@ -3,12 +3,14 @@
 // Below it: operations, the effect of a click or an error, accept and cancel.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include <QFrame>
 #include <QString>
 #include <QStringList>
 
+class QAction;
 class QButtonGroup;
 class QComboBox;
 class QHBoxLayout;
@@ -16,6 +18,7 @@ class QLabel;
 class QPushButton;
 class QSlider;
 class QSpinBox;
+class QToolBar;
 class QToolButton;
 
 namespace retint {
@@ -103,14 +106,14 @@ class ActionStrip : public QFrame {
   bool eventFilter(QObject* object, QEvent* event) override;
 
  private:
-  void AddOperations(QHBoxLayout* layout);
+  QToolBar* MakeOperations();
   void Connect();
   void Show();
   void FitHint();
   void DrawIcons();
 
   SelectionCanvas* canvas_;
-  std::vector<std::pair<QToolButton*, const char*>> buttons_;  // and their icons
+  std::vector<std::pair<QAction*, const char*>> operations_;  // and their icons
   QComboBox* target_;
   QLabel *place_, *hint_;
   QPushButton *accept_, *cancel_;
