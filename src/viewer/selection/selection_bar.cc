@@ -158,7 +158,7 @@ ToolStrip::ToolStrip(SelectionCanvas* canvas, QWidget* parent) : QFrame(parent),
   buttons_ = new QWidget;
   auto* buttons = new QHBoxLayout(buttons_);
   buttons->setContentsMargins(0, 0, 0, 0);
-  buttons->setSpacing(3);
+  buttons->setSpacing(2);
   layout_->addWidget(buttons_);
   tools_ = new QButtonGroup(this);
   for (const ToolEntry& entry : kTools) {
