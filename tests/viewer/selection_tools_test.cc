@@ -252,11 +252,13 @@ class SelectionToolsTest : public CanvasFixture {
     QVERIFY(Settled());
     QCOMPARE(Inside(), size_t{0});
     Click(corners[2]), Click(corners[3]);
+    QVERIFY(canvas_->Hint().contains("Enter closes"));
     Key(Qt::Key_Return);
     QCOMPARE(accepted.count(), 0);
     QVERIFY(Settled());
     QVERIFY(Iou() > 0.9);
-    Key(Qt::Key_Z, Qt::ControlModifier);  // one step
+    QVERIFY(canvas_->Hint().startsWith("Enter accepts"));  // as the next one would
+    Key(Qt::Key_Z, Qt::ControlModifier);                   // one step
     QCOMPARE(Inside(), size_t{0});
     QVERIFY(!canvas_->CanUndo());
 

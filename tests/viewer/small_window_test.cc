@@ -400,6 +400,13 @@ class SmallWindowTest : public ViewerTest {
     const QSize least = window_->minimumSizeHint(), first = MainWindow::FirstSize(kRoom);
     QVERIFY2(least.width() <= first.width() && least.height() <= first.height(),
              qPrintable(QStringLiteral("%1 x %2").arg(least.width()).arg(least.height())));
+    window_.reset();
+    Open(first);  // and stays as large, while the panels come and fold
+    window_->EnterSelection();
+    QVERIFY(WaitPainting(*window_));
+    const QString cut = CutNow("fine", &window_->selection());
+    QVERIFY2(cut.isEmpty(), qPrintable(cut));
+    QCOMPARE(window_->size(), first);
   }
 };
 

@@ -334,6 +334,10 @@ QString SelectionCanvas::Hint() const {
   if (IsFinding() && !drawing_ && !tuning_) return tr("Finding the outline  ·  Esc stops it");
   const QString combine = tr("  ·  Shift adds, Ctrl removes, Shift+Ctrl intersects");
   const size_t corners = HasCorners() ? drawing_->points.size() - 1 : 0;
+  const bool by_corners = tool_ == SelectionTool::kPolygon || tool_ == SelectionTool::kScissors;
+  if (by_corners && corners == 0 && editor_.AnyInside()) {  // Enter closes nothing any more
+    return tr("Enter accepts what is selected  ·  click for another outline") + combine;
+  }
   switch (tool_) {
     case SelectionTool::kBrush:
       return tr("Drag to paint, Ctrl erases  ·  [ ] size  ·  Shift+Ctrl intersects");
