@@ -273,7 +273,10 @@ class PanelsTest : public PanelsFixture {
     PressKey(*window_, Qt::Key_M, Qt::ShiftModifier);
     QVERIFY(Find<QCheckBox>("mask_switch")->isChecked() && !canvas.cloud_shown());
     QTRY_VERIFY_WITH_TIMEOUT(mask->IsReady(), kWaitMs);
-    PressKey(*window_, Qt::Key_M, Qt::ShiftModifier);
+    // The points take the mask away in turn.
+    PressKey(*window_, Qt::Key_M);
+    QVERIFY(canvas.cloud_shown() && !Find<QCheckBox>("mask_switch")->isChecked());
+    QVERIFY(!mask->isVisible() && !window_->action("show.mask")->isChecked());
   }
 
   void TheReportHasTheFigures() {

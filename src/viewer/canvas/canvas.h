@@ -81,6 +81,8 @@ class Canvas : public QWidget {
   bool IsSharp() const;
   // The part of the widget that a camera's picture fills.
   QRectF ImageRect(const PosedCamera& camera) const;
+  // The view's name and what is special about the picture, in its corner.
+  void PaintLabels(QPainter& painter) const;
   // How the picture of navigation().Rendered() is made; null: it is rendered.
   std::shared_ptr<const LensPicture> Lens() const;
 
@@ -136,7 +138,6 @@ class Canvas : public QWidget {
   const UserPicture* FrustumAt(const QPointF& at) const;
   void PaintFrusta(QPainter& painter) const;
   void PaintSplit(QPainter& painter, const QRectF& rect) const;
-  void PaintLabels(QPainter& painter, const QRectF& rect) const;
   void PaintPicked(QPainter& painter) const;
   QColor ColorAt(const QPointF& at) const;  // of the picture or the photo; invalid beside them
   bool OnSplitHandle(const QPointF& at) const;

@@ -183,8 +183,9 @@ void Canvas::PaintSplit(QPainter& painter, const QRectF& rect) const {
   DrawLabel(painter, {x + 12, bottom}, tr("after"), Qt::AlignLeft);
 }
 
-void Canvas::PaintLabels(QPainter& painter, const QRectF& rect) const {
+void Canvas::PaintLabels(QPainter& painter) const {
   painter.setRenderHint(QPainter::Antialiasing);
+  const QRectF rect = ImageRect(navigation_.Rendered());
   const UserPicture* shown = picture();
   const double top = std::max(0.0, rect.top()) + 10, left = std::max(0.0, rect.left()) + 10;
   QString mode;
@@ -243,7 +244,7 @@ void Canvas::paintEvent(QPaintEvent*) {
     if (ShowsSplit() && !frame_->before.isNull()) PaintSplit(painter, area);
     if (frusta_) PaintFrusta(painter);
   }
-  PaintLabels(painter, ImageRect(navigation_.Rendered()));
+  PaintLabels(painter);
   if (picking_) PaintPicked(painter);
 }
 

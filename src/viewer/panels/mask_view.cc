@@ -132,6 +132,7 @@ void MaskView::paintEvent(QPaintEvent*) {
   QPainter painter(this);
   painter.setRenderHint(QPainter::SmoothPixmapTransform);
   painter.drawImage(canvas_->ImageRect(camera_), picture_);
+  canvas_->PaintLabels(painter);  // those of the canvas lie below the mask
 }
 
 }  // namespace retint

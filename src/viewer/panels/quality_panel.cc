@@ -166,6 +166,10 @@ void QualityPanel::BuildSwitches(QVBoxLayout* layout) {
   connect(split_, &QCheckBox::toggled, canvas_, &Canvas::SetSplit);
   connect(depth_, &QCheckBox::toggled, canvas_, &Canvas::SetDepth);
   connect(mask_, &QCheckBox::toggled, mask_view_, &MaskView::SetShown);
+  // The mask and the points would hide each other: the later one shows.
+  connect(mask_, &QCheckBox::toggled, this, [this](bool shown) {
+    if (shown) canvas_->SetCloudShown(false);
+  });
   connect(mask_, &QCheckBox::toggled, this, &QualityPanel::maskShown);
   connect(at_, &QSlider::valueChanged, this,
           [this](int value) { canvas_->SetSplitAt(double(value) / kSplitSteps); });
@@ -177,6 +181,7 @@ void QualityPanel::SetMaskShown(bool shown) { mask_->setChecked(shown); }
 
 void QualityPanel::ShowCanvas() {
   const Canvas& canvas = *canvas_;
+  if (canvas.cloud_shown()) mask_->setChecked(false);
   const QSignalBlocker quiet(split_), quiet_too(depth_), quiet_at(at_);
   split_->setChecked(canvas.split());
   depth_->setChecked(canvas.depth());

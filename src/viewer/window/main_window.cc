@@ -288,7 +288,6 @@ void MainWindow::ConnectSelection() {
   connect(selection_, &SelectionMode::otherFailed, this, &MainWindow::Complain);
   connect(selection_, &SelectionMode::accepted, this, [this](RegionId id) {
     SetCurrentRegion(id);
-    canvas_->SetCloudShown(false);  // it is less than the selection
     quality_->SetMaskShown(shows_accepted_ = true);
     ShowPage();
     GoToColor();

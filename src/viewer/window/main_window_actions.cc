@@ -103,12 +103,7 @@ void MainWindow::BuildActions() {
              "beyond the paint shows with the mask"));
   MakeAction(
       "show.mask", tr("&Mask of the region"),
-      [this] {
-        const bool shown = !quality_->mask_shown();
-        if (shown) canvas_->SetCloudShown(false);  // it would hide the mask
-        quality_->SetMaskShown(shown);
-      },
-      true);
+      [this] { quality_->SetMaskShown(!quality_->mask_shown()); }, true);
   MakeAction(
       "show.uncertain", tr("&Uncertain surfaces"),
       [this] {
