@@ -479,7 +479,7 @@ void MainWindow::SetOnStartPage(bool on) {
 
 void MainWindow::ArrangePanels(bool shown) {
   if (shown && !std::exchange(is_laid_out_, true)) {
-    FoldSides();
+    UnfoldSides();
   } else if (shown) {
     restoreState(layout_);
   } else {

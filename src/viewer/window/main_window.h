@@ -214,7 +214,7 @@ class MainWindow : public QMainWindow {
   void AddPanels();
   void AddStrip(Qt::DockWidgetArea side);
   void ShowStrips();
-  void FoldSides();  // of a first window, so that the picture has the most of it
+  void UnfoldSides();  // of a first window, if the picture keeps the most of it
   std::vector<QDockWidget*> DocksAt(Qt::DockWidgetArea side) const;
   void OfferSplitting(RegionId region, const PaintDetail& detail);
   // The control that colors the current region has the keyboard, in a panel that shows, and the

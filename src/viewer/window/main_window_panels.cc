@@ -240,7 +240,7 @@ void MainWindow::SetSideShown(Qt::DockWidgetArea side, bool shown) {
   if (at.width > 0) resizeDocks({at.front.front()}, {at.width}, Qt::Horizontal);
 }
 
-void MainWindow::FoldSides() {
+void MainWindow::UnfoldSides() {
   constexpr int kForViews = 1800, kForRegions = 1200;  // pixels
   if (width() >= kForRegions) SetSideShown(Qt::RightDockWidgetArea, true);
   if (width() >= kForViews) SetSideShown(Qt::LeftDockWidgetArea, true);
