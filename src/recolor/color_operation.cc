@@ -15,92 +15,6 @@ namespace retint {
 namespace {
 
 using Kind = ColorOperationKind;
-using Form = ColorParameter::Form;
-
-constexpr OptionTier kEveryday = OptionTier::kEveryday;
-constexpr float kHuge = 1e6f;
-constexpr int kMostPairValues = kMaxPaletteColors * int(kPairValues);
-
-// name, count, default, least, most, required, form
-constexpr ColorParameter kTint[] = {{"color", 3, 1, 0, kHuge, true, Form::kColor}};
-constexpr ColorParameter kMatrix[] = {{"rows", 12, 0, -kHuge, kHuge, true}};
-constexpr ColorParameter kExposure[] = {{"stops", 1, 0, -10, 10, true}};
-constexpr ColorParameter kContrast[] = {{"factor", 1, 1, 0, 10, true}, {"pivot", 1, 0.5f, 0, 1}};
-constexpr ColorParameter kGamma[] = {{"gamma", 1, 1, 0.1f, 10, true}};
-constexpr ColorParameter kWhiteBalance[] = {{"temperature", 1, 0, -100, 100},
-                                            {"tint", 1, 0, -100, 100}};
-constexpr ColorParameter kSaturation[] = {{"factor", 1, 1, 0, 10, true}};
-constexpr ColorParameter kAdjust[] = {{"hue", 1, 0, -360, 360},     {"chroma", 1, 1, 0, 10},
-                                      {"lightness", 1, 1, 0, 10},   {"hues", 2, 0, 0, 360},
-                                      {"hue_edge", 1, 15, 0, 180},  {"chromas", 2, 0, 0, 10},
-                                      {"lightnesses", 2, 0, 0, 10}, {"edge", 1, 0.05f, 0, 1}};
-constexpr ColorParameter kRecolor[] = {{"to", 3, 0, 0, 1, true, Form::kColor},
-                                       {"keep_lightness", 1, 0, 0, 1},
-                                       {"from", 3, kUnset, 0, 1, false, Form::kColor},
-                                       {"brightest", 1, kUnset, 1, 100}};
-constexpr ColorParameter kGradient[] = {{"stops", 64, 0, 0, 1, true, Form::kStops}};
-constexpr ColorParameter kPalette[] = {
-    {"colors", kMostPairValues, kUnset, 0, 1, true, Form::kPairs}};
-// The errors of a color map: the median DeltaE00 of the pixels that it explains, and their
-// fraction.
-constexpr ColorParameter kPicture[] = {{"residual", 1, kUnset, 0, 1000},
-                                       {"explained", 1, kUnset, 0, 1}};
-constexpr ColorParameter kSoftClip[] = {{"knee", 1, 0.8f, 0, 0.99f}};
-
-constexpr ColorOperationType kTypes[] = {
-    {Kind::kTint, "tint", "tint", "R,G,B|COLOR",
-     "Multiply the colors: three factors >= 0, or a color (0-255 become 0-1)", kTint},
-    {Kind::kMatrix, "matrix", "matrix", "M11,M12,...,M34",
-     "Affine map of the encoded colors: a 3x4 matrix, row by row", kMatrix},
-    {Kind::kExposure, "exposure", "exposure", "STOPS",
-     "Brighten (or darken, below 0) in linear light; one stop doubles the "
-     "light",
-     kExposure, kEveryday},
-    {Kind::kContrast, "contrast", "contrast", "FACTOR[,PIVOT]",
-     "Spread the colors about the pivot, 0.5 by default", kContrast, kEveryday},
-    {Kind::kGamma, "gamma", "gamma", "GAMMA",
-     "Raise the encoded colors to 1/GAMMA; above 1 brightens the middle tones", kGamma},
-    {Kind::kWhiteBalance, "white_balance", "white-balance", "TEMPERATURE[,TINT]|gray=COLOR",
-     "Warmer (above 0) or cooler light, in mired; TINT above 0 is towards magenta; or make this "
-     "color gray",
-     kWhiteBalance, kEveryday},
-    {Kind::kSaturation, "saturation", "saturation", "FACTOR",
-     "Spread the colors about their luma: 0 is gray, 1 changes nothing", kSaturation, kEveryday},
-    {Kind::kInvert, "invert", "invert", "", "Turn every color into its complement", {}},
-    {Kind::kGray, "gray", "gray", "", "Replace colors by the gray of the same luminance", {}},
-    {Kind::kAdjust, "adjust", "adjust", "KEY=VALUE,...",
-     "In OKLCh: hue (degrees added), chroma and lightness (factors), such as hue=-120,chroma=1.2. "
-     "hues=A:B, chromas=A:B and lightnesses=A:B limit it to these colors, with soft edges of "
-     "hue-edge (degrees) and edge",
-     kAdjust, kEveryday},
-    {Kind::kRecolor, "recolor", "to", "#rrggbb|NAME",
-     "Make the region this color, such as '#3060ff' or teal; shading, texture and highlights stay",
-     kRecolor, kEveryday},
-    {Kind::kGradient, "gradient", "gradient", "[AT:]COLOR,...",
-     "Replace colors by their lightness: colors from dark to light, evenly or "
-     "AT 0 to 1",
-     kGradient},
-    {Kind::kPalette, "palette", "palette", "K,INDEX=COLOR,...",
-     "Replace main colors of the region; K says how many to measure, INDEX which of them, as "
-     "`retint palette` "
-     "counts, becomes COLOR. Or list the colors: COLOR stays, COLOR=COLOR changes",
-     kPalette, kEveryday},
-    {Kind::kLut,
-     "lut",
-     "lut",
-     "FILE[,strength=S]",
-     "Look colors up in a .cube, .3dl, .clf, .cdl, .cc or .ccc",
-     {},
-     kEveryday},
-    {Kind::kPicture, "picture", "edited", "NAME=FILE[,strength=S]",
-     "Take over the changes of a paint program in a render or photo of view NAME; repeatable for "
-     "several views",
-     kPicture, kEveryday},
-    {Kind::kSoftClip, "soft_clip", "soft-clip", "",
-     "Draw colors that no screen shows softly back into the range, keeping "
-     "their luma",
-     kSoftClip},
-};
 
 [[noreturn]] void Bad(const ColorOperationType& type, const std::string& why) {
   throw OptionError(std::string(type.name) + ": " + why);
@@ -122,7 +36,7 @@ void CheckRange(const ColorOperation& op, const char* name, bool wraps) {
 
 void CheckStops(const ColorOperation& op) {
   const ColorOperationType& type = TypeOf(op.kind);
-  const size_t most = size_t(kGradient[0].count);
+  const size_t most = size_t(type.parameters[0].count);
   if (op.values.size() % 4 != 0 || op.values.size() < 8 || op.values.size() > most) {
     Bad(type, "needs 2 to " + std::to_string(most / 4) + " colors");
   }
@@ -159,17 +73,6 @@ void CheckPairs(const ColorOperation& op) {
 }
 
 }  // namespace
-
-std::span<const ColorOperationType> ColorOperationTypes() { return kTypes; }
-
-const ColorOperationType& TypeOf(ColorOperationKind kind) { return kTypes[size_t(kind)]; }
-
-const ColorOperationType* FindOperationType(std::string_view name) {
-  for (const ColorOperationType& type : kTypes) {
-    if (name == type.name) return &type;
-  }
-  return nullptr;
-}
 
 ColorOperation ColorOperation::Make(Kind kind, std::initializer_list<float> first) {
   ColorOperation op;

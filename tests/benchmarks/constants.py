@@ -33,7 +33,7 @@ KINDS = {
         selection/lifted_surfaces.cc: kChannels
         selection/registration.cc: kUnknown
         recolor/adam_solver.cc: kLossInterval
-        recolor/color_operation.cc: kHuge
+        recolor/operation_table.cc: kHuge
         recolor/edit_json.cc: kMost
         recolor/finer_gaussians.cc: kMostParts
         recolor/lut.cc: kMost1dSize
@@ -58,7 +58,7 @@ KINDS = {
         selection/registration.cc: kSame
         selection/registration_solver.cc: kTiny
         recolor/adam_solver.cc: kBeta1 kBeta2 kEpsilon
-        recolor/color_edit.cc: kDaylight
+        recolor/operation_table.cc: kDaylight
         recolor/color_edit.h: kRounding
         recolor/color_map_fit.cc: kLeastScale
         recolor/color_operation.h: kUnset kPairValues

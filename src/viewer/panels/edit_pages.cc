@@ -94,10 +94,10 @@ void EditPage::AddRows(Kind kind) {
   for (const Row& row : parameters_) row.row->SetLabelWidth(width);
 }
 
-void EditPage::AddBox(Kind kind, const QString& tip) {
+void EditPage::AddBox(Kind kind) {
   auto* box = new QCheckBox(OperationTitle(kind));
   box->setObjectName(QStringLiteral("%1.on").arg(TypeOf(kind).name));
-  box->setToolTip(tip);
+  box->setToolTip(tr(TypeOf(kind).help));
   layout_->addWidget(box);
   boxes_.emplace_back(kind, box);
   connect(box, &QCheckBox::toggled, this, [this, kind](bool on) {
@@ -258,11 +258,10 @@ void AdjustPage::TakePicked(const QColor& color) {
 
 // --- GradePage -----------------------------------------------------------------------------------
 
-GradePage::GradePage()
-    : EditPage({Kind::kExposure, Kind::kContrast, Kind::kGamma, Kind::kWhiteBalance,
-                Kind::kSaturation, Kind::kInvert, Kind::kGray, Kind::kSoftClip}) {
+GradePage::GradePage() : EditPage({GradeKinds().begin(), GradeKinds().end()}) {
   for (const Kind kind : kinds()) {
-    if (!TypeOf(kind).parameters.empty() && kind != Kind::kSoftClip) AddRows(kind);
+    if (kind == Kind::kSoftClip || TypeOf(kind).parameters.empty()) AddBox(kind);
+    AddRows(kind);
     if (kind != Kind::kWhiteBalance) continue;
     QToolButton* gray = MakePick("white_balance_pick", tr("This should be gray"),
                                  tr("Take a color from the picture, with a click. Temperature and "
@@ -273,10 +272,6 @@ GradePage::GradePage()
     note_->setWordWrap(true);
     rows()->addWidget(note_);
   }
-  AddBox(Kind::kInvert, tr("Turns every color into its complement"));
-  AddBox(Kind::kGray, tr("Replaces colors by the gray of the same luminance"));
-  AddBox(Kind::kSoftClip, tr("Draws colors that no screen shows softly back into the range"));
-  AddRows(Kind::kSoftClip);
 }
 
 void GradePage::TakePicked(const QColor& color) {

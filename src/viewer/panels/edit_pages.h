@@ -66,7 +66,7 @@ class EditPage : public QWidget {
   virtual void ShowMore() {}
   // Adds rows for the parameters of a kind; AddBox() adds a box for a kind without parameters.
   void AddRows(ColorOperationKind kind);
-  void AddBox(ColorOperationKind kind, const QString& tip);
+  void AddBox(ColorOperationKind kind);
   // Makes the button that emits pickWanted().
   QToolButton* MakePick(const char* name, const QString& text, const QString& tip);
   const ColorOperation* shown(ColorOperationKind kind) const {

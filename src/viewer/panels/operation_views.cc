@@ -64,6 +64,10 @@ constexpr ParameterView kViews[] = {
      "Above this share of the range colors are drawn in"},
 };
 
+constexpr Kind kGradeKinds[] = {Kind::kExposure,     Kind::kContrast,   Kind::kGamma,
+                                Kind::kWhiteBalance, Kind::kSaturation, Kind::kInvert,
+                                Kind::kGray,         Kind::kSoftClip};
+
 QString Signed(float value) {
   const QString text = QString::number(double(value), 'g', 3);
   return value > 0 ? "+" + text : text;
@@ -146,6 +150,8 @@ bool ParameterView::HasOpenEnd() const {
 double ParameterView::Default() const { return double(Get(ColorOperation::Make(kind))); }
 
 std::span<const ParameterView> ParameterViews() { return kViews; }
+
+std::span<const Kind> GradeKinds() { return kGradeKinds; }
 
 QString OperationTitle(Kind kind) {
   if (kind == Kind::kLut) return Tr("LUT");

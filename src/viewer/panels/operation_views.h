@@ -35,6 +35,8 @@ struct ParameterView {
 };
 // In the order of display.
 std::span<const ParameterView> ParameterViews();
+// The operations that share the page Grade, in the order in which they are shown.
+std::span<const ColorOperationKind> GradeKinds();
 
 QString OperationTitle(ColorOperationKind kind);
 QString OperationTitle(const ColorOperation& operation);  // names curves and levels, not LUTs
