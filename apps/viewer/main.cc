@@ -201,7 +201,7 @@ int Main(int argc, char** argv) {
   window.show();
   // Once the window is on the screen.
   QTimer::singleShot(0, &window, [&] {
-    window.Start(Resolve(parser));
+    window.files().Start(Resolve(parser));
     window.Welcome();
   });
   return QApplication::exec();

@@ -53,7 +53,7 @@ class CaptureTest : public QObject {
     start.scene.workspace = workspace;
     start.scene.options.backend = BackendName();
     start.scene.options.holdout = 8;
-    window.Start(start);
+    window.files().Start(start);
     QVERIFY(QTest::qWaitFor([&] { return window.canvas().IsSharp(); }, kWaitMs));
     const auto facts = controller.facts();
     QVERIFY(facts->warnings.empty());

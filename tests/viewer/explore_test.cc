@@ -152,7 +152,7 @@ class ExploreTest : public ViewerTest {
     Monitor monitor;
     WriteSyntheticWorkspace(request.workspace, scene, monitor);
     QSignalSpy opened(&controller(), &SceneController::opened);
-    window_->OpenScene(request);
+    window_->files().OpenScene(request);
     QTRY_COMPARE_WITH_TIMEOUT(opened.count(), 1, kWaitMs);
     window_->SetPanelsShown(false);
     QVERIFY(canvas().GoTo(scene.views.front().name) && WaitSharp(*window_));
@@ -304,7 +304,7 @@ class ExploreTest : public ViewerTest {
     OpenRequest request = scene_->Request();
     request.workspace = copy;
     QSignalSpy opened(&window_->controller(), &SceneController::opened);
-    window_->OpenScene(request);
+    window_->files().OpenScene(request);
     QTRY_COMPARE_WITH_TIMEOUT(opened.count(), 1, kWaitMs);
     QVERIFY(WaitSharp(*window_));
     QVERIFY(Settle(window_->controller()));  // the check of the scene has a message too
@@ -392,7 +392,7 @@ class ExploreTest : public ViewerTest {
     for (int i = 0; i < 8; ++i) PressKey(*window_, Qt::Key_Escape);
     QVERIFY(!window_->isFullScreen());
     QVERIFY(!canvas().split() && !canvas().depth());
-    QVERIFY(window_->isVisible() && window_->controller().IsOpen() && !window_->dialog());
+    QVERIFY(window_->isVisible() && window_->controller().IsOpen() && !window_->dialogs().box());
   }
 
   // The list scrolls where the screen is small.

@@ -61,14 +61,14 @@ class ExportsTest : public FilesFixture {
       QVERIFY(box && box->informativeText().contains(QString::fromStdString(name)));
       QVERIFY(box->defaultButton() == box->button(QMessageBox::Cancel));
       QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
-      QTRY_VERIFY(!window_->dialog());
+      QTRY_VERIFY(!window_->dialogs().box());
       QVERIFY(Settle(controller()));
       QCOMPARE(ReadFile(file), std::string("precious"));
       ExportTo(entry, file.parent_path());
       QVERIFY(ClickRole(*window_, QMessageBox::DestructiveRole));
       QTRY_COMPARE_WITH_TIMEOUT(written.count(), 2, kWaitMs);
       QVERIFY(ReadFile(file) != "precious");
-      QTRY_VERIFY(!window_->dialog());
+      QTRY_VERIFY(!window_->dialogs().box());
     }
     QCOMPARE(proposed(1).parent_path(), folder);
     // Frames of a longer turn before would be in the film.
@@ -77,7 +77,7 @@ class ExportsTest : public FilesFixture {
     ExportTo(4, folder / "turn");
     QVERIFY(WaitDialog(*window_));
     QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
-    QTRY_VERIFY(!window_->dialog());
+    QTRY_VERIFY(!window_->dialogs().box());
     QVERIFY(Settle(controller()));
     QVERIFY(!fs::exists(folder / "turn" / "0000.png"));
   }
@@ -97,7 +97,7 @@ class ExportsTest : public FilesFixture {
         const QMessageBox* box = WaitDialog(*window_);
         QVERIFY2(box && box->informativeText().contains(file.filename().c_str()), ending);
         QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
-        QTRY_VERIFY(!window_->dialog());
+        QTRY_VERIFY(!window_->dialogs().box());
         QVERIFY(Settle(controller()));
         QCOMPARE(ReadFile(file), std::string("precious"));
       }
@@ -107,7 +107,7 @@ class ExportsTest : public FilesFixture {
       QVERIFY(ClickRole(*window_, QMessageBox::DestructiveRole));
       QTRY_COMPARE_WITH_TIMEOUT(written.count(), 1, kWaitMs);
       QVERIFY(ReadFile(file) != "precious");
-      QTRY_VERIFY(!window_->dialog());
+      QTRY_VERIFY(!window_->dialogs().box());
     }
   }
 
@@ -224,7 +224,7 @@ class ExportsTest : public FilesFixture {
     const QMessageBox* box = WaitDialog(*window_);
     QVERIFY(box && box->informativeText().contains("video"));
     QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
-    QTRY_VERIFY(!window_->dialog());
+    QTRY_VERIFY(!window_->dialogs().box());
     QVERIFY(window_->isVisible());
     // Nor are its frames replaced.
     turn(folder / "long");

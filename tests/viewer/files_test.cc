@@ -108,7 +108,7 @@ class FilesTest : public FilesFixture {
     QTRY_VERIFY_WITH_TIMEOUT(!first, kWaitMs);
     QTRY_VERIFY_WITH_TIMEOUT(window_->findChild<QDialog*>("open_dialog"), kWaitMs);
     dialog = window_->findChild<QDialog*>("open_dialog");
-    QVERIFY(!window_->dialog());
+    QVERIFY(!window_->dialogs().box());
     QCOMPARE(dialog->findChild<QLineEdit*>("workspace")->text(),
              QString::fromStdString(bad.string()));
     QVERIFY(dialog->findChild<QLabel*>("open_problem")->text().contains("splat.ply"));
@@ -174,7 +174,7 @@ class FilesTest : public FilesFixture {
     controller().Close();
     QTRY_VERIFY_WITH_TIMEOUT(shown().isEmpty(), kWaitMs);
     QSignalSpy opened(&controller(), &SceneController::opened);
-    window_->OpenScene(scene_->Request());
+    window_->files().OpenScene(scene_->Request());
     QVERIFY(Opened(opened));
     QCOMPARE(shown(), before);
   }
@@ -289,7 +289,7 @@ class FilesTest : public FilesFixture {
     request.workspace = other;
     request.splat = other / "splat.ply";
     QSignalSpy opened(&controller(), &SceneController::opened);
-    window_->OpenScene(request);
+    window_->files().OpenScene(request);
     QVERIFY(Opened(opened));
     controller().Close();
     auto* list = window_->findChild<QWidget*>("welcome_recent");
@@ -302,7 +302,7 @@ class FilesTest : public FilesFixture {
     fs::remove(other / "splat.ply");
     QTest::mouseClick(buttons().front(), Qt::LeftButton);
     QVERIFY(WaitDialog(*window_));
-    Keep(*window_->dialog(), "recent_gone");
+    Keep(*window_->dialogs().box(), "recent_gone");
     QVERIFY(ReadError(*window_).contains("moved/splat.ply is gone"));
     QTRY_COMPARE(buttons().size(), 1);
     Keep(*window_, "recent_after_gone");
@@ -320,7 +320,7 @@ class FilesTest : public FilesFixture {
     request.options.image_folder = photos;
     request.options.holdout = 3;
     QSignalSpy opened(&controller(), &SceneController::opened);
-    window_->OpenScene(request);
+    window_->files().OpenScene(request);
     QVERIFY(Opened(opened));
     const size_t heldout = controller().facts()->heldout.size();
     QVERIFY(heldout > 0);
@@ -330,7 +330,7 @@ class FilesTest : public FilesFixture {
     OpenRequest second = scene_->Request();
     second.splat = other;
     opened.clear();
-    window_->OpenScene(second);
+    window_->files().OpenScene(second);
     QVERIFY(Opened(opened));
     QVERIFY(controller().facts()->heldout.empty());
     const QList<QAction*> entries = Recent();
@@ -344,7 +344,7 @@ class FilesTest : public FilesFixture {
     QCOMPARE(facts->request.options.backend, BackendName());
     // The same files with other options are not a second entry.
     opened.clear();
-    window_->OpenScene(scene_->Request());
+    window_->files().OpenScene(scene_->Request());
     QVERIFY(Opened(opened));
     int same = 0;
     for (QAction* entry : Recent()) same += entry->text().endsWith("workspace/splat.ply");
@@ -391,13 +391,13 @@ class FilesTest : public FilesFixture {
          {QStringList(QString::fromStdString(renamed.string())),
           QStringList(QString::fromStdString((renamed / "session.json").string())), content}) {
       opened.clear();
-      window_->OpenPaths(dropped);
+      window_->files().OpenPaths(dropped);
       QVERIFY(Opened(opened));
       QCOMPARE(Regions().size(), size_t{1});
       QCOMPARE(window_->sessions().folder(), renamed);
     }
     const QString splat = QString::fromStdString((scene_->workspace() / "splat.ply").string());
-    window_->OpenPaths(content + QStringList(splat));
+    window_->files().OpenPaths(content + QStringList(splat));
     QVERIFY(ReadError(*window_).contains("a session names its workspace and splat itself"));
     // A splat alone goes with the workspace that is open.
     const fs::path other = Fresh() / "other.ply";

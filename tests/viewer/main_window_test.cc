@@ -45,7 +45,7 @@ class MainWindowTest : public ViewerTest {
   void LongWordsAreWholeInAMessage() {
     const QString path = "/home/" + QString(200, 'w') + ".ply";
     const QString message = path + " is <no> splat";
-    window_->ShowError("That cannot be opened", message);
+    window_->dialogs().ShowError("That cannot be opened", message);
     QMessageBox* box = WaitDialog(*window_);
     QVERIFY(box);
     Keep(*box, "long_word");
@@ -65,9 +65,9 @@ class MainWindowTest : public ViewerTest {
       QTRY_COMPARE(QApplication::clipboard()->text(), message);
     }
     box->button(QMessageBox::Ok)->click();
-    QTRY_VERIFY(!window_->dialog());
+    QTRY_VERIFY(!window_->dialogs().box());
     // Nor is a box as narrow as a short title.
-    window_->ShowError("No", QString("word ").repeated(40));
+    window_->dialogs().ShowError("No", QString("word ").repeated(40));
     box = WaitDialog(*window_);
     QVERIFY(box);
     QVERIFY2(box->width() > 40 * box->fontMetrics().averageCharWidth(),

@@ -238,7 +238,7 @@ class PaintedTest : public ViewerTest {
     AnswerFileDialog(open);
     QVERIFY(Click("picture_split"));
     QVERIFY(WaitDialog(*window_));
-    window_->dialog()->close();
+    window_->dialogs().box()->close();
     // What is painted and was left would be lost with the scene.
     window_->EnterSelection();
     QVERIFY(WaitPainting(*window_));
@@ -261,12 +261,12 @@ class PaintedTest : public ViewerTest {
     box = WaitDialog(*window_);
     QVERIFY(box && box->informativeText().contains("already holds finer.ply"));
     QVERIFY(ClickRole(*window_, QMessageBox::DestructiveRole));
-    QTRY_VERIFY(window_->dialog() && window_->dialog() != box);
+    QTRY_VERIFY(window_->dialogs().box() && window_->dialogs().box() != box);
     QTest::qWait(50);
-    QVERIFY(window_->dialog() && window_->dialog()->isVisible());
-    QVERIFY(window_->dialog()->informativeText().contains("has not been accepted"));
+    QVERIFY(window_->dialogs().box() && window_->dialogs().box()->isVisible());
+    QVERIFY(window_->dialogs().box()->informativeText().contains("has not been accepted"));
     QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
-    QTRY_VERIFY(!window_->dialog());
+    QTRY_VERIFY(!window_->dialogs().box());
     QCOMPARE(ReadFile(finer), std::string("mine"));
     RefineOptions fine;
     fine.pixels = 0.5;

@@ -99,7 +99,7 @@ class PanelsFixture : public QObject {
     request.splat = *folder_ / "ws" / "splat.ply";
     request.options.backend = "cpu";
     Controller().colors().SetAutomaticRefit(false);
-    window_->OpenScene(request);
+    window_->files().OpenScene(request);
     if (!QTest::qWaitFor([&] { return opened.count() == 1; }, kWaitMs)) return false;
     for (const auto side : {Qt::LeftDockWidgetArea, Qt::RightDockWidgetArea}) {
       window_->SetSideShown(side, true);  // a first window folds one

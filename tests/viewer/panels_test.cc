@@ -205,7 +205,7 @@ class PanelsTest : public PanelsFixture {
     std::filesystem::remove_all(*folder_ / "ws" / "images");
     for (auto* dock : window_->findChildren<QDockWidget*>()) dock->close();  // they render too
     QSignalSpy opened(&Controller(), &SceneController::opened);
-    window_->OpenScene(request);
+    window_->files().OpenScene(request);
     QTRY_COMPARE_WITH_TIMEOUT(opened.count(), 1, kWaitMs);
     Canvas& canvas = window_->canvas();
     canvas.navigation().Zoom(-14);
@@ -399,7 +399,7 @@ class PanelsTest : public PanelsFixture {
     Show("scene");
     auto* list = Find<QListWidget>("scene_warnings");
     QTRY_VERIFY_WITH_TIMEOUT(window_->canvas().IsSharp(), kWaitMs);
-    window_->OpenScene(request);
+    window_->files().OpenScene(request);
     const auto warns = [&](const QString& part) {
       for (int row = 0; row < list->count(); ++row) {
         if (list->item(row)->text().contains(part)) return true;

@@ -49,7 +49,7 @@ class Photographer {
     request.workspace = workspace_.toStdString();
     request.splat = request.workspace / "splat.ply";
     SceneController& controller = window_.controller();
-    window_.OpenScene(request);
+    window_.files().OpenScene(request);
     if (!Wait([&] { return window_.canvas().IsSharp(); })) return false;
     window_.canvas().setFocus();
     // The view and mask that `retint synth` recommends to begin with.

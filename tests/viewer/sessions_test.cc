@@ -62,9 +62,9 @@ class SessionsTest : public FilesFixture {
     QSignalSpy saved(&window_->sessions(), &SessionStore::saved);
     PressKey(*window_, Qt::Key_S, Qt::ControlModifier);
     QVERIFY(WaitDialog(*window_));
-    QVERIFY(window_->dialog()->informativeText().contains("another program"));
+    QVERIFY(window_->dialogs().box()->informativeText().contains("another program"));
     QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
-    QTRY_VERIFY(!window_->dialog());
+    QTRY_VERIFY(!window_->dialogs().box());
     QVERIFY(ReadFile(folder / "session.json") == theirs);
     PressKey(*window_, Qt::Key_S, Qt::ControlModifier);
     QVERIFY(ClickRole(*window_, QMessageBox::DestructiveRole));
@@ -83,12 +83,12 @@ class SessionsTest : public FilesFixture {
     QVERIFY(Save(folder));
     QVERIFY(window_->canvas().cloud_shown());
     QSignalSpy opened(&controller(), &SceneController::opened);
-    window_->OpenSession(folder);
+    window_->files().OpenSession(folder);
     QVERIFY(Opened(opened));
     QVERIFY(!window_->canvas().cloud_shown());
     // Of a scene without edits, points show what is found.
     opened.clear();
-    window_->OpenScene(scene_->Request());
+    window_->files().OpenScene(scene_->Request());
     QVERIFY(Opened(opened));
     QVERIFY(window_->canvas().cloud_shown());
   }
@@ -98,10 +98,10 @@ class SessionsTest : public FilesFixture {
     const fs::path folder = Fresh() / "closing.retint";
     PressKey(*window_, Qt::Key_Q, Qt::ControlModifier);
     QVERIFY(WaitDialog(*window_));
-    QVERIFY(window_->dialog()->informativeText().contains("not been saved"));
+    QVERIFY(window_->dialogs().box()->informativeText().contains("not been saved"));
     QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
     QVERIFY(window_->isVisible());
-    QTRY_VERIFY(!window_->dialog());
+    QTRY_VERIFY(!window_->dialogs().box());
     PressKey(*window_, Qt::Key_Q, Qt::ControlModifier);
     AnswerFileDialog(folder);
     QVERIFY(ClickRole(*window_, QMessageBox::AcceptRole));
@@ -121,7 +121,7 @@ class SessionsTest : public FilesFixture {
     QVERIFY(box && box->informativeText().contains("not been accepted"));
     QVERIFY(box->defaultButton() == box->button(QMessageBox::Cancel));
     QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
-    QTRY_VERIFY(!window_->dialog());
+    QTRY_VERIFY(!window_->dialogs().box());
     QVERIFY(window_->IsSelecting() && paper.editor().AnyInside());
     // Nor where the view was left, to which one may come back.
     QTest::keyClick(&paper, Qt::Key_Escape);
@@ -132,19 +132,19 @@ class SessionsTest : public FilesFixture {
     PressKey(*window_, Qt::Key_Q, Qt::ControlModifier);
     box = WaitDialog(*window_);
     QVERIFY(box && box->informativeText().contains("painted on " + view + " has not been"));
-    Keep(*window_->dialog(), "paint_left");
+    Keep(*window_->dialogs().box(), "paint_left");
     QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
-    QTRY_VERIFY(!window_->dialog());
+    QTRY_VERIFY(!window_->dialogs().box());
     // Nor for painting elsewhere.
     PressKey(*window_, Qt::Key_B);
     box = WaitDialog(*window_);
     QVERIFY(box && box->informativeText().contains("painted on " + view + " has not been"));
     QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
-    QTRY_VERIFY(!window_->dialog());
+    QTRY_VERIFY(!window_->dialogs().box());
     QVERIFY(!window_->IsSelecting());
     PressKey(*window_, Qt::Key_Left);
     PressKey(*window_, Qt::Key_B);
-    QVERIFY(WaitPainting(*window_) && !window_->dialog());
+    QVERIFY(WaitPainting(*window_) && !window_->dialogs().box());
     QVERIFY(paper.editor().AnyInside());
     // Unless it was taken back.
     QTest::keyClick(&paper, Qt::Key_Z, Qt::ControlModifier);
@@ -160,14 +160,14 @@ class SessionsTest : public FilesFixture {
     QVERIFY(ClickRole(*window_, QMessageBox::DestructiveRole));
     QTRY_VERIFY_WITH_TIMEOUT(!controller().IsOpen(), kWaitMs);
     // Nothing was painted: there is nothing to ask.
-    QTRY_VERIFY(!window_->dialog());
-    window_->OpenScene(scene_->Request());
+    QTRY_VERIFY(!window_->dialogs().box());
+    window_->files().OpenScene(scene_->Request());
     QVERIFY(WaitSharp(*window_));
     window_->EnterSelection();
     QVERIFY(WaitPainting(*window_));
     close();
     QTRY_VERIFY_WITH_TIMEOUT(!controller().IsOpen(), kWaitMs);
-    QVERIFY(!window_->dialog());
+    QVERIFY(!window_->dialogs().box());
   }
 
   void BackingOutOfSavingStopsNothing() {
@@ -203,19 +203,19 @@ class SessionsTest : public FilesFixture {
     };
     const fs::path garbled = copy("garbled.retint");
     std::ofstream(garbled / "session.json") << "{ not json";
-    window_->OpenSession(garbled);
+    window_->files().OpenSession(garbled);
     QVERIFY(ReadError(*window_).contains("garbled.retint"));
     const fs::path newer = copy("newer.retint");
     auto manifest = nlohmann::json::parse(ReadFile(newer / "session.json"));
     manifest["version"] = 99;
     std::ofstream(newer / "session.json") << manifest.dump();
-    window_->OpenSession(newer);
+    window_->files().OpenSession(newer);
     QVERIFY(ReadError(*window_).contains("99"));
     const fs::path torn = copy("torn.retint");
     for (const auto& entry : fs::recursive_directory_iterator(torn)) {
       if (entry.path().extension() == ".png") fs::resize_file(entry.path(), 12);
     }
-    window_->OpenSession(torn);
+    window_->files().OpenSession(torn);
     QVERIFY(ReadError(*window_).contains(".png"));  // nobody painted these masks
     // The splat that was edited is not the one that is there now.
     const fs::path moved = copy("moved.retint");
@@ -226,7 +226,7 @@ class SessionsTest : public FilesFixture {
     WriteSplat(other, model);
     manifest["splat"]["absolute"] = manifest["splat"]["relative"] = other.string();
     std::ofstream(moved / "session.json") << manifest.dump();
-    window_->OpenSession(moved);
+    window_->files().OpenSession(moved);
     QVERIFY(ReadError(*window_).contains("other.ply"));
     QCOMPARE(controller().facts(), facts);
     QCOMPARE(Regions().size(), size_t{1});
@@ -240,7 +240,7 @@ class SessionsTest : public FilesFixture {
       if (entry.path().filename() == "shares.bin") fs::resize_file(entry.path(), 12);
     }
     QSignalSpy opened(&controller(), &SceneController::opened);
-    window_->OpenSession(folder);
+    window_->files().OpenSession(folder);
     QVERIFY(Opened(opened));
     QCOMPARE(Regions().size(), size_t{1});
     const auto* badge = window_->findChild<QToolButton*>("warnings");
@@ -249,7 +249,7 @@ class SessionsTest : public FilesFixture {
     // Whole again once it is saved.
     QVERIFY(Save(folder));
     opened.clear();
-    window_->OpenSession(folder);
+    window_->files().OpenSession(folder);
     QVERIFY(Opened(opened));
     QVERIFY(!badge->toolTip().contains("shares.bin"));
   }
@@ -270,12 +270,12 @@ class SessionsTest : public FilesFixture {
     const auto start = [&] {
       window_ = std::make_unique<MainWindow>(theme_.get());
       window_->show();
-      window_->Start({});
+      window_->files().Start({});
       return WaitDialog(*window_) != nullptr;
     };
     const fs::path left = leave();
     QVERIFY(start());
-    QVERIFY(window_->dialog()->text().contains("1 region"));
+    QVERIFY(window_->dialogs().box()->text().contains("1 region"));
     QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));  // later
     QVERIFY(fs::exists(left) && !controller().IsOpen());
     QVERIFY(start());
@@ -288,7 +288,7 @@ class SessionsTest : public FilesFixture {
     options.scene = scene_->Request();
     window_ = std::make_unique<MainWindow>(theme_.get());
     window_->show();
-    window_->Start(options);
+    window_->files().Start(options);
     QVERIFY(WaitDialog(*window_) && !controller().IsOpen());
     QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
     QTRY_VERIFY_WITH_TIMEOUT(controller().IsOpen(), kWaitMs);
@@ -298,9 +298,9 @@ class SessionsTest : public FilesFixture {
     options.scene.splat = other;
     window_ = std::make_unique<MainWindow>(theme_.get());
     window_->show();
-    window_->Start(options);
+    window_->files().Start(options);
     QTRY_VERIFY_WITH_TIMEOUT(controller().IsOpen(), kWaitMs);
-    QVERIFY(!window_->dialog());
+    QVERIFY(!window_->dialogs().box());
     QVERIFY(start());
     QSignalSpy opened(&controller(), &SceneController::opened);
     QVERIFY(ClickRole(*window_, QMessageBox::AcceptRole));
@@ -325,7 +325,7 @@ class SessionsTest : public FilesFixture {
     window_ = std::make_unique<MainWindow>(theme_.get());
     window_->show();
     window_->controller().colors().SetAutomaticRefit(false);
-    window_->Start({});
+    window_->files().Start({});
     QSignalSpy opened(&controller(), &SceneController::opened);
     QVERIFY(ClickRole(*window_, QMessageBox::AcceptRole));
     QVERIFY(Opened(opened));
@@ -340,9 +340,9 @@ class SessionsTest : public FilesFixture {
     QTRY_COMPARE_WITH_TIMEOUT(came, 1, kWaitMs);
     PressKey(*window_, Qt::Key_Q, Qt::ControlModifier);
     QVERIFY(WaitDialog(*window_));
-    QVERIFY(window_->dialog()->informativeText().contains("not been saved"));
+    QVERIFY(window_->dialogs().box()->informativeText().contains("not been saved"));
     QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
-    QTRY_VERIFY(!window_->dialog());
+    QTRY_VERIFY(!window_->dialogs().box());
     // A further edit is in an autosave of its own, which then is the only one.
     controller().Do(RenameRegion{Regions().front().id, "petals"});
     QTRY_VERIFY_WITH_TIMEOUT(!fs::exists(left), kWaitMs);
@@ -359,7 +359,7 @@ class SessionsTest : public FilesFixture {
     const fs::path before = fs::current_path();
     fs::current_path(folder);
     QSignalSpy opened(&controller(), &SceneController::opened);
-    window_->OpenSession("work.retint");
+    window_->files().OpenSession("work.retint");
     QVERIFY(Opened(opened));
     fs::current_path(elsewhere);
     controller().Do(RenameRegion{Regions().front().id, "petals"});
@@ -387,7 +387,7 @@ class SessionsTest : public FilesFixture {
       controller().Do(SetVisible{Regions().front().id, false});
       QTest::qWait(3000);
       // Said once.
-      if (window_->dialog()) QFAIL(qPrintable(window_->dialog()->informativeText()));
+      if (window_->dialogs().box()) QFAIL(qPrintable(window_->dialogs().box()->informativeText()));
     }
     QVERIFY(!HasAutosave());
     QTRY_VERIFY_WITH_TIMEOUT(HasAutosave(), kWaitMs);  // by itself

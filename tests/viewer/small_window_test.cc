@@ -107,7 +107,7 @@ class SmallWindowTest : public ViewerTest {
     window_->show();
     OpenDrawers(*window_);
     window_->controller().colors().SetAutomaticRefit(false);
-    window_->OpenScene(scene_->Request());
+    window_->files().OpenScene(scene_->Request());
     QVERIFY(QTest::qWaitFor([&] { return canvas().IsSharp(); }, kWaitMs));
     QCOMPARE(window_->size(), size);
   }

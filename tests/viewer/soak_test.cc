@@ -56,8 +56,10 @@ class SoakTest : public ViewerTest {
     SelectionMode& mode = window_->selection();
     const auto paints = [&] { return mode.state() == SelectionMode::State::kPainting; };
     // What was painted elsewhere and left is asked about.
-    if (!QTest::qWaitFor([&] { return paints() || window_->dialog(); }, kWaitMs)) return false;
-    if (window_->dialog() && !ClickRole(*window_, QMessageBox::DestructiveRole)) return false;
+    if (!QTest::qWaitFor([&] { return paints() || window_->dialogs().box(); }, kWaitMs))
+      return false;
+    if (window_->dialogs().box() && !ClickRole(*window_, QMessageBox::DestructiveRole))
+      return false;
     if (!QTest::qWaitFor(paints, kWaitMs)) return false;
     SelectionCanvas& paper = mode.canvas();
     for (int i = 0; i < 3; ++i) {
@@ -177,7 +179,7 @@ class SoakTest : public ViewerTest {
   bool Reopen() {
     controller().Close();
     QSignalSpy opened(&controller(), &SceneController::opened);
-    window_->OpenScene(scene_->Request());
+    window_->files().OpenScene(scene_->Request());
     if (!QTest::qWaitFor([&] { return opened.count() == 1; }, kWaitMs)) return false;
     if (canvas().split()) canvas().SetSplit(false);
     if (canvas().depth()) canvas().SetDepth(false);
@@ -203,7 +205,7 @@ class SoakTest : public ViewerTest {
     QVERIFY(Reopen());
     const double before = ResidentMb();
     QVERIFY(Round(kEdits));
-    QVERIFY(!window_->dialog());
+    QVERIFY(!window_->dialogs().box());
     QVERIFY(!window_->IsModified());
     const double undone = ResidentMb();
     QVERIFY(Reopen());

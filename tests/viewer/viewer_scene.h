@@ -168,7 +168,7 @@ inline std::unique_ptr<MainWindow> OpenWindow(Theme& theme, const ViewerScene& s
   window->resize(1330, 680);
   window->show();
   window->controller().colors().SetAutomaticRefit(false);
-  window->OpenScene(scene.Request());
+  window->files().OpenScene(scene.Request());
   if (!QTest::qWaitFor([&] { return window->canvas().IsSharp(); }, kWaitMs)) return nullptr;
   if (!Activate(*window)) return nullptr;
   // Its defaults leave room for the picture; tests want to see panels.
@@ -359,9 +359,9 @@ inline void PressKey(MainWindow& window, Qt::Key key,
 
 // The window's question or complaint, once it is there; null when none comes.
 inline QMessageBox* WaitDialog(MainWindow& window) {
-  const bool came =
-      QTest::qWaitFor([&] { return window.dialog() && window.dialog()->isVisible(); }, kWaitMs);
-  return came ? window.dialog() : nullptr;
+  const bool came = QTest::qWaitFor(
+      [&] { return window.dialogs().box() && window.dialogs().box()->isVisible(); }, kWaitMs);
+  return came ? window.dialogs().box() : nullptr;
 }
 
 // Presses the dialog's button of a role; false when there is no such dialog or button.
@@ -382,7 +382,8 @@ inline QString ReadError(MainWindow& window) {
   if (!dialog) return "no dialog came";
   const QString text = dialog->informativeText();
   dialog->button(QMessageBox::Ok)->click();  // a mouse may come before the dialog is laid out
-  (void)QTest::qWaitFor([&] { return !window.dialog() || !window.dialog()->isVisible(); }, kWaitMs);
+  (void)QTest::qWaitFor(
+      [&] { return !window.dialogs().box() || !window.dialogs().box()->isVisible(); }, kWaitMs);
   return text;
 }
 

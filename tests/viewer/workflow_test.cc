@@ -269,7 +269,7 @@ class WorkflowTest : public ViewerTest {
     selection().SetSelectOptions(select);
     QTest::keyClick(&selection().canvas(), Qt::Key_Return);
     QTRY_VERIFY_WITH_TIMEOUT(selection().message().contains("method must be"), kWaitMs);
-    QVERIFY(Painting() && !window_->dialog());
+    QVERIFY(Painting() && !window_->dialogs().box());
   }
 
   void TheStatusBarsCancelStopsWhatRuns() {
@@ -291,7 +291,7 @@ class WorkflowTest : public ViewerTest {
     QTest::mouseClick(cancel, Qt::LeftButton);
     QTRY_COMPARE_WITH_TIMEOUT(cancelled.count(), 1, kWaitMs);
     QTRY_VERIFY_WITH_TIMEOUT(!progress->isVisible() && !cancel->isVisible(), kWaitMs);
-    QVERIFY(!window_->dialog());
+    QVERIFY(!window_->dialogs().box());
   }
 };
 

@@ -8,7 +8,10 @@
 
 #include <QAction>
 #include <QApplication>
+#include <QCloseEvent>
 #include <QDockWidget>
+#include <QDragEnterEvent>
+#include <QDropEvent>
 #include <QKeyEvent>
 #include <QLabel>
 #include <QMenu>
@@ -16,7 +19,6 @@
 #include <QScreen>
 #include <QSettings>
 #include <QStackedWidget>
-#include <QStandardPaths>
 #include <QStatusBar>
 #include <QToolBar>
 #include <QToolButton>
@@ -32,10 +34,11 @@
 #include "viewer/selection/stroke_preview.h"
 #include "viewer/widgets/banner.h"
 #include "viewer/widgets/long_text.h"
+#include "viewer/widgets/path_edit.h"
+#include "viewer/window/exports.h"
 #include "viewer/window/first_steps.h"
 #include "viewer/window/preferences_dialog.h"
 #include "viewer/window/recent_files.h"
-#include "viewer/window/sample_scene.h"
 #include "viewer/window/start_page.h"
 
 namespace retint {
@@ -43,7 +46,6 @@ namespace {
 
 constexpr int kMessageMs = 6000;
 constexpr int kStatusMs = 1000;
-constexpr int kPictureMs = 1500;  // until a scene that was opened is drawn
 
 double ResidentMb() {
   std::FILE* file = std::fopen("/proc/self/statm", "r");
@@ -72,9 +74,11 @@ MainWindow::MainWindow(Theme* theme, QWidget* parent) : QMainWindow(parent), the
   sessions_ = new SessionStore(controller_, this);
   videos_ = new VideoMaker(this);
   sessions_->SetViewState([this] { return canvas_->CameraState(); });
-  sample_ = std::make_shared<SampleScene>(
-      QStandardPaths::writableLocation(QStandardPaths::AppDataLocation).toStdString() + "/sample");
+  dialogs_ = new Dialogs(this);
   BuildCenter();
+  exports_ = new Exports({controller_, sessions_, current_, canvas_, videos_, dialogs_}, this);
+  files_ = new SceneFiles(
+      {controller_, sessions_, current_, selection_, canvas_, videos_, dialogs_, exports_}, this);
   uncertainty_ = new Uncertainty(controller_, current_, this);
   preview_ = new StrokePreview(controller_, selection_, this);
   BuildStatusBar();
@@ -102,10 +106,12 @@ MainWindow::~MainWindow() { hide(); }
 void MainWindow::BuildCenter() {
   pages_ = new QStackedWidget;
   start_ = new StartPage;
-  connect(start_, &StartPage::openRequested, this, [this] { AskAndOpen({}); });
-  connect(start_, &StartPage::sampleRequested, this, &MainWindow::OpenSample);
-  connect(start_, &StartPage::recentRequested, this, &MainWindow::OpenRecent);
-  connect(start_, &StartPage::forgetRequested, this, &MainWindow::Forget);
+  connect(start_, &StartPage::openRequested, this, [this] { files_->AskAndOpen({}); });
+  connect(start_, &StartPage::sampleRequested, this, [this] { files_->OpenSample(); });
+  connect(start_, &StartPage::recentRequested, this,
+          [this](const QString& entry) { files_->OpenRecent(entry); });
+  connect(start_, &StartPage::forgetRequested, this,
+          [this](const QString& entry) { files_->Forget(entry); });
   canvas_ = new Canvas(controller_, renderer_, photos_);
   banner_ = new Banner(canvas_);
   selection_ = new SelectionMode(controller_);
@@ -183,9 +189,6 @@ void MainWindow::Warn(const QString& text) {
 
 void MainWindow::ConnectScene() {
   connect(controller_, &SceneController::opened, this, [this] {
-    if (!opening_.isEmpty()) RememberRecent(opening_);
-    QTimer::singleShot(kPictureMs, this, &MainWindow::KeepPicture);
-    form_.reset();
     unchecked_ = true;
     colors_.Clear();
     ShowWarnings(controller_->facts()->warnings);
@@ -209,11 +212,8 @@ void MainWindow::ConnectScene() {
     UpdateActions();
     UpdateStatus();
   });
-  connect(controller_, &SceneController::openFailed, this, &MainWindow::OnOpenFailed);
-  connect(controller_, &SceneController::openCancelled, this, [this] {
-    form_.reset();
-    ShowPage();
-  });
+  connect(controller_, &SceneController::openFailed, this, &MainWindow::ShowPage);
+  connect(controller_, &SceneController::openCancelled, this, &MainWindow::ShowPage);
   connect(controller_, &SceneController::regionsChanged, this, &MainWindow::OnRegions);
   connect(controller_, &SceneController::regionAdded, this, &MainWindow::SetCurrentRegion);
   connect(controller_, &SceneController::regionAdded, this, [this] {
@@ -250,16 +250,11 @@ void MainWindow::ConnectScene() {
             all.insert(all.end(), found.begin(), found.end());
             ShowWarnings(all);
           });
-  connect(&controller_->results(), &SceneResults::written, this, [this](const QString& path) {
-    RememberOutput(path.toStdString());
-    if (first_steps_) first_steps_->SetDone(FirstSteps::kExport);
-    Say(tr("Wrote %1").arg(path));
-  });
 }
 
 void MainWindow::ConnectView() {
   connect(renderer_, &RenderThread::failed, this,
-          [this](const QString& message) { ShowError(tr("Rendering failed"), message); });
+          [this](const QString& message) { dialogs_->ShowError(tr("Rendering failed"), message); });
   connect(canvas_, &Canvas::hint, this, &MainWindow::Say);
   connect(canvas_, &Canvas::frameShown, this, [this] {
     if (canvas_->frames_per_second() > 0) {
@@ -301,19 +296,15 @@ void MainWindow::ConnectSelection() {
 }
 
 void MainWindow::ConnectFiles() {
-  connect(videos_, &VideoMaker::finished, this,
-          [this](const QString& path) { Say(tr("Wrote %1").arg(path)); });
-  connect(videos_, &VideoMaker::failed, this,
-          [this](const QString& message) { ShowError(tr("The video cannot be made"), message); });
-  connect(sessions_, &SessionStore::saved, this, [this](const QString& path) {
+  connect(files_, &SceneFiles::said, this, &MainWindow::Say);
+  connect(files_, &SceneFiles::recentChanged, this, [this] { start_->Show(RecentFiles()); });
+  connect(exports_, &Exports::said, this, &MainWindow::Say);
+  connect(exports_, &Exports::written, this, [this] {
+    if (first_steps_) first_steps_->SetDone(FirstSteps::kExport);
+  });
+  connect(sessions_, &SessionStore::saved, this, [this] {
     OnRegions();
     UpdateTitle();
-    RememberRecent(path);
-    opening_ = path;
-    KeepPicture();
-    RememberOutput(path.toStdString());
-    if (first_steps_) first_steps_->SetDone(FirstSteps::kExport);
-    Say(tr("Saved %1").arg(path));
   });
   connect(sessions_, &SessionStore::restored, this, [this](const std::string& view) {
     OnRegions();
@@ -323,12 +314,13 @@ void MainWindow::ConnectFiles() {
     UpdateTitle();
   });
   connect(sessions_, &SessionStore::autosaveFailed, this, [this](const QString& message) {
-    ShowError(tr("The work cannot be saved automatically; Retint keeps trying"), message);
+    dialogs_->ShowError(tr("The work cannot be saved automatically; Retint keeps trying"), message);
   });
 }
 
 void MainWindow::Complain(const QString& label, const QString& message) {
-  ShowError(label.isEmpty() ? tr("That did not work") : tr("%1 failed").arg(label), message);
+  dialogs_->ShowError(label.isEmpty() ? tr("That did not work") : tr("%1 failed").arg(label),
+                      message);
 }
 
 // They stay as long as the scene is open: what does not match is easily taken for a bad edit.
@@ -342,7 +334,7 @@ void MainWindow::ShowWarnings(const std::vector<std::string>& warnings) {
 }
 
 void MainWindow::Welcome() {
-  if (!controller_->IsOpen() && !controller_->IsBusy()) sample_->Prepare();
+  files_->PrepareSample();
   if (!FirstSteps::IsWanted()) return;
   first_steps_ = new FirstSteps(pages_);
   ShowPage();
@@ -359,7 +351,7 @@ void MainWindow::ShowPage() {
   pages_->setCurrentWidget(page);
   SetOnStartPage(page == start_);
   start_->SetTask(controller_->task());
-  if (page == start_) ShowRecent();
+  if (page == start_) start_->Show(RecentFiles());
   if (first_steps_) {
     const bool selecting = page == selection_;
     first_steps_->ShowOver(page == start_ ? nullptr : selecting ? &selection_->canvas() : page);
@@ -384,7 +376,7 @@ void MainWindow::EnterSelection(RegionId region) {
     UpdateActions();
   };
   if (selection_->Resumes(entry)) return enter();
-  AskOfPaint(tr("Paint elsewhere?"), enter);
+  files_->AskOfPaint(tr("Paint elsewhere?"), enter);
 }
 
 void MainWindow::SetCurrentRegion(RegionId id) {
@@ -502,6 +494,40 @@ bool MainWindow::focusNextPrevChild(bool next) {
     if (is_seen()) return true;
   }
   return false;
+}
+
+void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
+  if (!LocalPaths(*event->mimeData()).isEmpty()) TakeCopy(event);
+}
+
+void MainWindow::dragMoveEvent(QDragMoveEvent* event) {
+  if (!LocalPaths(*event->mimeData()).isEmpty()) TakeCopy(event);
+}
+
+void MainWindow::dropEvent(QDropEvent* event) {
+  const QStringList paths = LocalPaths(*event->mimeData());
+  if (paths.isEmpty()) return;
+  TakeCopy(event);
+  if (event->isAccepted()) files_->OpenPaths(paths);
+}
+
+void MainWindow::closeEvent(QCloseEvent* event) {
+  if (!closing_) {
+    event->ignore();
+    if (dialogs_->IsOpen()) return;  // already asked
+    const auto quit = [this] {
+      closing_ = true;
+      close();
+    };
+    files_->ConfirmThen(tr("Quit Retint?"), quit, /*quits=*/true);
+    if (!closing_) return;
+  }
+  QSettings settings;
+  settings.setValue("geometry", saveGeometry());
+  settings.setValue("layout", panels_shown_ && !on_start_page_ ? saveState() : layout_);
+  sessions_->DropAutosave();
+  controller_->Close();
+  event->accept();
 }
 
 // Keys that no widget wanted: flying works wherever the focus is.

@@ -3,17 +3,14 @@
 // dialogs. What the scene is and does lies behind SceneController.
 #pragma once
 
-#include <deque>
 #include <functional>
 #include <initializer_list>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
 
 #include <QMainWindow>
-#include <QMessageBox>
 #include <QPointer>
 #include <QTimer>
 
@@ -23,9 +20,10 @@
 #include "viewer/canvas/render_thread.h"
 #include "viewer/scene/current_region.h"
 #include "viewer/scene/scene_controller.h"
+#include "viewer/window/dialogs.h"
 #include "viewer/window/first_steps.h"
 #include "viewer/window/keys_dialog.h"
-#include "viewer/window/open_dialog.h"
+#include "viewer/window/scene_files.h"
 #include "viewer/window/theme.h"
 
 class QAction;
@@ -40,10 +38,10 @@ class QToolButton;
 namespace retint {
 
 class Banner;
+class Exports;
 class PaintVerdict;
 class QualityPanel;
 class RegionsPanel;
-class SampleScene;
 class SelectionMode;
 class SessionStore;
 class SideStrip;
@@ -54,13 +52,6 @@ class VideoMaker;
 class ViewsPanel;
 struct Preferences;
 
-// The requests of the command line.
-struct StartOptions {
-  OpenRequest scene;              // empty paths: not given
-  std::filesystem::path session;  // NAME.retint
-  QString problem;                // why the given files cannot be opened; empty: they can
-};
-
 class MainWindow : public QMainWindow {
   Q_OBJECT
 
@@ -68,14 +59,8 @@ class MainWindow : public QMainWindow {
   explicit MainWindow(Theme* theme, QWidget* parent = nullptr);
   ~MainWindow() override;
 
-  // After show(): opens the requested scene; the dialog asks for missing parts.
-  void Start(const StartOptions& options);
-  // Makes the sample in the background, and leads a new user. After Start().
+  // Makes the sample in the background, and leads a new user. After files().Start().
   void Welcome();
-  void OpenScene(const OpenRequest& request);
-  void OpenPaths(const QStringList& paths);  // as if dropped
-  // Empty: asks which.
-  void OpenSession(const std::filesystem::path& folder, const std::string& backend = "auto");
 
   SceneController& controller() { return *controller_; }
   Canvas& canvas() { return *canvas_; }
@@ -85,6 +70,8 @@ class MainWindow : public QMainWindow {
   StrokePreview& stroke_preview() { return *preview_; }
   Uncertainty& uncertainty() { return *uncertainty_; }
   SessionStore& sessions() { return *sessions_; }
+  SceneFiles& files() { return *files_; }
+  Dialogs& dialogs() { return *dialogs_; }
   // Of a command, see Commands(); null for held ones.
   QAction* action(std::string_view command) const;
 
@@ -105,9 +92,6 @@ class MainWindow : public QMainWindow {
   void SetSideShown(Qt::DockWidgetArea side, bool shown);
   bool IsSideShown(Qt::DockWidgetArea side) const;
 
-  // A dialog that does not stop the program; one at a time, the rest follow.
-  void ShowError(const QString& title, const QString& message);
-  QMessageBox* dialog() const { return dialog_; }
   // A line in the status bar, for a few seconds.
   void Say(const QString& text);
   // The same until something else is to be said.
@@ -166,50 +150,6 @@ class MainWindow : public QMainWindow {
   void ShowPreferences();
   void Prefer(const Preferences& preferences);
   void ShowKeys();
-  // main_window_files.cc
-  // `failure`: why what `start` says could not be opened.
-  void AskAndOpen(OpenRequest start, const QString& failure = {});
-  void OpenRequested(const OpenRequest& request, bool from_form);
-  void OnOpenFailed(const QString& message);
-  void OpenRecent(const QString& entry);
-  void Forget(const QString& entry);  // of the recent files
-  void OpenSample();
-  void ShowRecent();   // on the start page
-  void KeepPicture();  // of what is open, for the start page
-  void FillRecent();
-  void Save(bool as, std::function<void()> then = {});
-  void SaveAgain(std::function<void()> then);
-  void OpenStart(const StartOptions& options);
-  void OfferRecovery(const StartOptions& options, std::function<void()> otherwise);
-  // Runs `go` at once, or after the user agreed to lose or save what would be lost.
-  void ConfirmThen(const QString& what, std::function<void()> go, bool quits = false);
-  // Runs `go` if the user agrees to `reason`.
-  void Ask(const QString& what, const QString& reason, const QString& go_on,
-           std::function<void()> go);
-  // Runs `go`, which gives up paint that was not accepted: at once where there is none.
-  void AskOfPaint(const QString& what, std::function<void()> go);
-  QString LossOfPaint() const;  // a reason to ask
-  void ShowDialog(QMessageBox* box);
-  void NextError();
-  // main_window_export.cc
-  void ExportSplat();
-  // Of the current region, into another splat, which is then open.
-  void SplitGaussians(RegionId region);
-  void SplitInto(RegionId region, const QString& path);
-  void ExportMasks();
-  void ExportViews();
-  void ExportReport();
-  void ExportTurntable();
-  void ExportComparison();
-  void MakeVideo(const std::filesystem::path& folder, const std::filesystem::path& video, int rate);
-  // The proposed folder of outputs: the one that was written to last, else beside the session or
-  // the workspace. The name begins with that of the open scene and ends in `ending`.
-  std::filesystem::path ProposedOutput(const QString& ending) const;
-  static void RememberOutput(const std::filesystem::path& path);
-  // Runs `go` at once where none of `files` is there, else after the user agreed to replace them.
-  void ConfirmReplacing(const std::filesystem::path& folder,
-                        const std::vector<std::filesystem::path>& files, std::function<void()> go);
-  void ConfirmReplacing(const std::filesystem::path& file, std::function<void()> go);
   // main_window_panels.cc
   void AddPanels();
   void AddStrip(Qt::DockWidgetArea side);
@@ -228,6 +168,9 @@ class MainWindow : public QMainWindow {
   PhotoLoader* photos_;
   SessionStore* sessions_;
   VideoMaker* videos_;
+  Dialogs* dialogs_;
+  Exports* exports_;
+  SceneFiles* files_;
   Uncertainty* uncertainty_;
   StrokePreview* preview_;
   RegionsPanel* regions_panel_;
@@ -240,7 +183,6 @@ class MainWindow : public QMainWindow {
   QStackedWidget* pages_;
   StartPage* start_;
   QPointer<FirstSteps> first_steps_;  // null: not wanted
-  std::shared_ptr<SampleScene> sample_;
   QLabel *backend_, *gaussians_, *speed_, *memory_, *message_;
   QToolButton* warnings_;
   QProgressBar* progress_;
@@ -258,11 +200,7 @@ class MainWindow : public QMainWindow {
   bool panels_shown_ = true, on_start_page_ = false, is_laid_out_ = false;
   QByteArray layout_;  // of the panels that are hidden
   QPointer<KeysDialog> keys_dialog_;
-  QPointer<QMessageBox> dialog_;
-  std::deque<std::pair<QString, QString>> errors_;
-  QWidget *switch_ = nullptr, *gizmo_ = nullptr;  // over the canvas
-  QString opening_;                               // entry of the recent files, once it has opened
-  std::optional<OpenRequest> form_;               // of the dialog, until it has opened
+  QWidget *switch_ = nullptr, *gizmo_ = nullptr;     // over the canvas
   std::shared_ptr<const RegionSelection> cloud_of_;  // whose points the canvas shows
   QColor cloud_color_;
   RegionColors colors_;

@@ -28,6 +28,7 @@
 #include "viewer/selection/selection_mode.h"
 #include "viewer/selection/stroke_preview.h"
 #include "viewer/widgets/icon.h"
+#include "viewer/window/exports.h"
 #include "viewer/window/flat_style.h"
 #include "viewer/window/keys_dialog.h"
 #include "viewer/window/main_window.h"
@@ -68,13 +69,14 @@ QAction* MainWindow::action(std::string_view command) const {
 }
 
 void MainWindow::BuildActions() {
-  MakeAction("file.open", tr("&Open…"), [this] { AskAndOpen({}); });
-  MakeAction("file.open_session", tr("Open se&ssion…"), [this] { OpenSession({}); });
-  MakeAction("file.save", tr("&Save session"), [this] { Save(false); });
-  MakeAction("file.save_as", tr("Save session &as…"), [this] { Save(true); });
-  MakeAction("file.export_splat", tr("&Splat…"), [this] { ExportSplat(); });
-  MakeAction("file.close", tr("&Close the scene"),
-             [this] { ConfirmThen(tr("Close the scene?"), [this] { controller_->Close(); }); });
+  MakeAction("file.open", tr("&Open…"), [this] { files_->AskAndOpen({}); });
+  MakeAction("file.open_session", tr("Open se&ssion…"), [this] { files_->OpenSession({}); });
+  MakeAction("file.save", tr("&Save session"), [this] { files_->Save(false); });
+  MakeAction("file.save_as", tr("Save session &as…"), [this] { files_->Save(true); });
+  MakeAction("file.export_splat", tr("&Splat…"), [this] { exports_->Splat(); });
+  MakeAction("file.close", tr("&Close the scene"), [this] {
+    files_->ConfirmThen(tr("Close the scene?"), [this] { controller_->Close(); });
+  });
   MakeAction("file.quit", tr("&Quit"), [this] { close(); });
   MakeAction("edit.undo", tr("&Undo"), [this] { controller_->Undo(); });
   MakeAction("edit.redo", tr("&Redo"), [this] { controller_->Redo(); });
@@ -141,16 +143,16 @@ void MainWindow::BuildMenus() {
   add(file, {"file.open", "file.open_session"});
   recent_ = file->addMenu(tr("Open &recent"));
   recent_->setToolTipsVisible(true);  // of paths that are cut short
-  connect(recent_, &QMenu::aboutToShow, this, &MainWindow::FillRecent);
+  connect(recent_, &QMenu::aboutToShow, this, [this] { files_->FillRecent(recent_); });
   add(file, {"", "file.save", "file.save_as"});
   QMenu* output = file->addMenu(tr("&Export"));
   output->setObjectName("export");
   add(output, {"file.export_splat"});
-  output->addAction(tr("&Masks of the current region…"), this, &MainWindow::ExportMasks);
-  output->addAction(tr("Edited &views…"), this, &MainWindow::ExportViews);
-  output->addAction(tr("&Report…"), this, &MainWindow::ExportReport);
-  output->addAction(tr("&Turntable…"), this, &MainWindow::ExportTurntable);
-  output->addAction(tr("&Before and after…"), this, &MainWindow::ExportComparison);
+  output->addAction(tr("&Masks of the current region…"), exports_, &Exports::Masks);
+  output->addAction(tr("Edited &views…"), exports_, &Exports::Views);
+  output->addAction(tr("&Report…"), exports_, &Exports::Report);
+  output->addAction(tr("&Turntable…"), exports_, &Exports::Turntable);
+  output->addAction(tr("&Before and after…"), exports_, &Exports::Comparison);
   add(file, {"", "file.close", "file.quit"});
   QMenu* edit = menuBar()->addMenu(tr("&Edit"));
   add(edit, {"edit.undo", "edit.redo"});
@@ -175,7 +177,7 @@ void MainWindow::BuildMenus() {
     help->addAction(tr("&Guide"), this,
                     [guide] { QDesktopServices::openUrl(QUrl::fromLocalFile(guide)); });
   }
-  help->addAction(tr("Open the &sample"), this, &MainWindow::OpenSample);
+  help->addAction(tr("Open the &sample"), this, [this] { files_->OpenSample(); });
   help->addAction(tr("&About Retint"), this, [this] {
     const QString version = QString::fromUtf8(Version().data(), qsizetype(Version().size()));
     auto* box = new QMessageBox(QMessageBox::NoIcon, tr("About Retint"),
@@ -184,7 +186,7 @@ void MainWindow::BuildMenus() {
         tr("Recolors regions of 3D Gaussian Splatting scenes from COLMAP workspaces.\n"
            "BSD-3-Clause. Uses Qt %1 (LGPL).")
             .arg(qVersion()));
-    ShowDialog(box);
+    dialogs_->Show(box);
   });
 
   BuildToolBar();
@@ -380,7 +382,7 @@ void MainWindow::SaveScreenshot() {
   // The picture, not the window around it.
   const QPixmap picture = Picture();
   if (!picture.save(path)) {
-    ShowError(tr("The screenshot cannot be saved"), tr("%1 cannot be written").arg(path));
+    dialogs_->ShowError(tr("The screenshot cannot be saved"), tr("%1 cannot be written").arg(path));
     return;
   }
   Say(tr("Wrote %1").arg(path));
@@ -395,6 +397,7 @@ void MainWindow::ShowKeys() {
   if (!keys_dialog_) {
     keys_dialog_ = new KeysDialog(this);
     keys_dialog_->setAttribute(Qt::WA_DeleteOnClose);
+    dialogs_->SetFront(keys_dialog_);
   }
   keys_dialog_->show();
   keys_dialog_->raise();

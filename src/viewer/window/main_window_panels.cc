@@ -9,6 +9,7 @@
 #include <QDockWidget>
 #include <QDragEnterEvent>
 #include <QKeyEvent>
+#include <QLayout>
 #include <QMenu>
 #include <QScrollArea>
 #include <QScrollBar>
@@ -28,6 +29,7 @@
 #include "viewer/widgets/banner.h"
 #include "viewer/widgets/path_edit.h"
 #include "viewer/widgets/side_strip.h"
+#include "viewer/window/exports.h"
 #include "viewer/window/main_window.h"
 
 namespace retint {
@@ -274,7 +276,7 @@ void MainWindow::OfferSplitting(RegionId region, const PaintDetail& detail) {
   banner_->Show(
       {QString::fromStdString(detail.Problem() + ". After splitting, " + detail.Gain() + "."),
        {{tr("Split them"), tr("Write a splat whose painted Gaussians are small, and go on with it"),
-         [this, region] { SplitGaussians(region); }},
+         [this, region] { files_->SplitGaussians(region); }},
         {tr("Leave them")}}});
 }
 
@@ -308,8 +310,8 @@ void MainWindow::AddPanels() {
                      photo ? TargetKind::kPhoto : TargetKind::kRender);
   });
   connect(regions_panel_, &RegionsPanel::splitWanted, this,
-          [this] { SplitGaussians(current_->id()); });
-  connect(regions_panel_, &RegionsPanel::masksWanted, this, &MainWindow::ExportMasks);
+          [this] { files_->SplitGaussians(current_->id()); });
+  connect(regions_panel_, &RegionsPanel::masksWanted, exports_, &Exports::Masks);
   connect(elsewhere, &ViewEditor::opened, this, [this](const QString& path) {
     Say(tr("%1 is open in another program. What you save there is taken over").arg(path));
   });
@@ -320,12 +322,12 @@ void MainWindow::AddPanels() {
             if (detail.IsTorn()) OfferSplitting(region, detail);
           });
   connect(elsewhere, &ViewEditor::failed, this, [this](const QString& message) {
-    ShowError(tr("The view cannot be edited elsewhere"), message);
+    dialogs_->ShowError(tr("The view cannot be edited elsewhere"), message);
   });
   auto* optimizer_panel = new OptimizerPanel(controller_, current_);
-  connect(optimizer_panel, &OptimizerPanel::refused, this, &MainWindow::ShowError);
+  connect(optimizer_panel, &OptimizerPanel::refused, dialogs_, &Dialogs::ShowError);
   auto* selection_panel = new SelectionPanel(controller_, selection_, canvas_, current_);
-  connect(selection_panel, &SelectionPanel::refused, this, &MainWindow::ShowError);
+  connect(selection_panel, &SelectionPanel::refused, dialogs_, &Dialogs::ShowError);
   QDockWidget* regions =
       AddPanel("regions", tr("Regions"), Scrolling(regions_panel_), Qt::RightDockWidgetArea);
   QDockWidget* optimizer =

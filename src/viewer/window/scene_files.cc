@@ -1,37 +1,36 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The window's work with files: opening, sessions, exports, and their questions. Questions do not
-// block the program: each is a dialog with a later answer.
+#include "viewer/window/scene_files.h"
+
 #include <algorithm>
 #include <utility>
 
 #include <QAction>
-#include <QCloseEvent>
-#include <QDragEnterEvent>
-#include <QDropEvent>
 #include <QFileDialog>
 #include <QFileInfo>
-#include <QLabel>
 #include <QMenu>
 #include <QMessageBox>
-#include <QSettings>
+#include <QPushButton>
+#include <QStandardPaths>
+#include <QTimer>
 
 #include "base/error.h"
-#include "colmap_io/nerfstudio.h"
+#include "viewer/canvas/canvas.h"
+#include "viewer/scene/current_region.h"
 #include "viewer/scene/session_store.h"
 #include "viewer/scene/video_maker.h"
 #include "viewer/selection/selection_mode.h"
-#include "viewer/widgets/long_text.h"
 #include "viewer/widgets/path_edit.h"
-#include "viewer/window/keys_dialog.h"
-#include "viewer/window/main_window.h"
+#include "viewer/window/dialogs.h"
+#include "viewer/window/exports.h"
+#include "viewer/window/open_dialog.h"
 #include "viewer/window/recent_files.h"
 #include "viewer/window/sample_scene.h"
-#include "viewer/window/start_page.h"
 
 namespace retint {
 namespace {
 
 constexpr int kRecentWidth = 600;  // of a menu line, pixels
+constexpr int kPictureMs = 1500;   // until a scene that was opened is drawn
 
 std::filesystem::path Path(const QString& text) { return text.toStdString(); }
 bool SamePath(const std::filesystem::path& a, const std::filesystem::path& b) {
@@ -47,16 +46,44 @@ QString RecentLine(const QString& entry, const QFontMetrics& metrics) {
 
 }  // namespace
 
+SceneFiles::SceneFiles(const Parts& parts, QWidget* window)
+    : QObject(window),
+      window_(window),
+      controller_(parts.controller),
+      sessions_(parts.sessions),
+      current_(parts.current),
+      selection_(parts.selection),
+      canvas_(parts.canvas),
+      videos_(parts.videos),
+      dialogs_(parts.dialogs),
+      exports_(parts.exports),
+      sample_(std::make_shared<SampleScene>(
+          QStandardPaths::writableLocation(QStandardPaths::AppDataLocation).toStdString() +
+          "/sample")) {
+  connect(controller_, &SceneController::opened, this, [this] {
+    if (!opening_.isEmpty()) RememberRecent(opening_);
+    QTimer::singleShot(kPictureMs, this, &SceneFiles::KeepPicture);
+    form_.reset();
+  });
+  connect(controller_, &SceneController::openFailed, this, &SceneFiles::OnOpenFailed);
+  connect(controller_, &SceneController::openCancelled, this, [this] { form_.reset(); });
+  connect(sessions_, &SessionStore::saved, this, [this](const QString& path) {
+    RememberRecent(path);
+    opening_ = path;
+    KeepPicture();
+  });
+}
+
 // ---- Opening
 
-void MainWindow::Start(const StartOptions& options) {
+void SceneFiles::Start(const StartOptions& options) {
   if (!options.problem.isEmpty()) {
-    return ShowError(tr("That cannot be opened"), options.problem);
+    return dialogs_->ShowError(tr("That cannot be opened"), options.problem);
   }
   OfferRecovery(options, [this, options] { OpenStart(options); });
 }
 
-void MainWindow::OpenStart(const StartOptions& options) {
+void SceneFiles::OpenStart(const StartOptions& options) {
   const OpenRequest& scene = options.scene;
   if (!options.session.empty()) return OpenSession(options.session, scene.options.backend);
   if (!scene.workspace.empty() || !scene.splat.empty()) {
@@ -67,9 +94,7 @@ void MainWindow::OpenStart(const StartOptions& options) {
   }
 }
 
-void MainWindow::OpenScene(const OpenRequest& request) { OpenRequested(request, false); }
-
-void MainWindow::OpenRequested(const OpenRequest& request, bool from_form) {
+void SceneFiles::OpenRequested(const OpenRequest& request, bool from_form) {
   ConfirmThen(tr("Open another scene?"), [this, request, from_form] {
     opening_ = RecentEntry(request);
     form_ = from_form ? std::optional(request) : std::nullopt;
@@ -78,14 +103,17 @@ void MainWindow::OpenRequested(const OpenRequest& request, bool from_form) {
 }
 
 // A filled-in form comes back with the reason. Otherwise, only the reason is shown.
-void MainWindow::OnOpenFailed(const QString& message) {
-  ShowPage();
-  if (!form_) return ShowError(tr("The scene cannot be opened"), message);
+void SceneFiles::OnOpenFailed(const QString& message) {
+  if (!form_) return dialogs_->ShowError(tr("The scene cannot be opened"), message);
   const OpenRequest request = *std::exchange(form_, std::nullopt);
   AskAndOpen(request, message);
 }
 
-void MainWindow::OpenSample() {
+void SceneFiles::PrepareSample() {
+  if (!controller_->IsOpen() && !controller_->IsBusy()) sample_->Prepare();
+}
+
+void SceneFiles::OpenSample() {
   OpenRequest request;
   request.workspace = sample_->folder();
   request.splat = sample_->folder() / "splat.ply";
@@ -100,10 +128,10 @@ void MainWindow::OpenSample() {
   });
 }
 
-void MainWindow::OpenSession(const std::filesystem::path& folder, const std::string& backend) {
+void SceneFiles::OpenSession(const std::filesystem::path& folder, const std::string& backend) {
   QString path = Text(folder);
   if (path.isEmpty()) {
-    path = QFileDialog::getExistingDirectory(this, tr("Open a session (a .retint folder)"));
+    path = QFileDialog::getExistingDirectory(window_, tr("Open a session (a .retint folder)"));
     if (path.isEmpty()) return;
   }
   if (const QString session = SessionOf(path); !session.isEmpty()) path = session;
@@ -116,25 +144,25 @@ void MainWindow::OpenSession(const std::filesystem::path& folder, const std::str
   });
 }
 
-void MainWindow::SplitGaussians(RegionId region) {
+void SceneFiles::SplitGaussians(RegionId region) {
   if (!controller_->regions().Find(region)) return;
   // The dialog sees the typed name, but an extension may be added to it.
   QString path = QFileDialog::getSaveFileName(
-      this, tr("Write the finer splat"), Text(ProposedOutput("-finer.ply")),
+      window_, tr("Write the finer splat"), Text(exports_->ProposedOutput("-finer.ply")),
       tr("3D Gaussian Splatting (*.ply)"), nullptr, QFileDialog::DontConfirmOverwrite);
   if (path.isEmpty()) return;
   if (!path.endsWith(".ply")) path += ".ply";
   std::error_code code;
   if (std::filesystem::equivalent(Path(path), controller_->facts()->request.splat, code)) {
-    return ShowError(tr("Choose another name"),
-                     tr("%1 is the splat that is open, and stays as it is.").arg(path));
+    return dialogs_->ShowError(tr("Choose another name"),
+                               tr("%1 is the splat that is open, and stays as it is.").arg(path));
   }
-  ConfirmReplacing(Path(path), [this, region, path] {
+  exports_->ConfirmReplacing(Path(path), [this, region, path] {
     AskOfPaint(tr("Open the finer splat?"), [this, region, path] { SplitInto(region, path); });
   });
 }
 
-void MainWindow::SplitInto(RegionId region, const QString& path) {
+void SceneFiles::SplitInto(RegionId region, const QString& path) {
   if (!controller_->IsOpen()) return;  // closed during the question
   OpenRequest request = controller_->facts()->request;
   request.splat = Path(path);
@@ -143,21 +171,22 @@ void MainWindow::SplitInto(RegionId region, const QString& path) {
   const std::string camera = canvas_->CameraState();
   controller_->SplitGaussians(region, {}, request.splat, [=, this](const RefineSummary& summary) {
     if (summary.split == 0) {
-      return Say(tr("No painted Gaussian is large: the scene stays as it is"));
+      return Q_EMIT said(tr("No painted Gaussian is large: the scene stays as it is"));
     }
-    SetCurrentRegion(region);
+    current_->Set(region);
     canvas_->RestoreCamera(camera);
-    UpdateTitle();
-    Say(tr("%1 Gaussians became %2, in %3, which is open now. Save the session to keep the regions")
+    Q_EMIT said(
+        tr("%1 Gaussians became %2, in %3, which is open now. Save the session to keep the regions")
             .arg(summary.split)
             .arg(summary.parts)
             .arg(path));
   });
 }
 
-void MainWindow::OpenPaths(const QStringList& paths) {
+void SceneFiles::OpenPaths(const QStringList& paths) {
   const DroppedPaths dropped = SortPaths(paths);
-  if (!dropped.problem.isEmpty()) return ShowError(tr("That cannot be opened"), dropped.problem);
+  if (!dropped.problem.isEmpty())
+    return dialogs_->ShowError(tr("That cannot be opened"), dropped.problem);
   if (!dropped.session.isEmpty()) return OpenSession(Path(dropped.session));
   OpenRequest request;
   request.workspace = Path(dropped.workspace);
@@ -173,11 +202,11 @@ void MainWindow::OpenPaths(const QStringList& paths) {
   OpenScene(request);
 }
 
-void MainWindow::AskAndOpen(OpenRequest start, const QString& failure) {
+void SceneFiles::AskAndOpen(OpenRequest start, const QString& failure) {
   if (start.workspace.empty() && start.splat.empty() && controller_->IsOpen()) {
     start = controller_->facts()->request;
   }
-  auto* dialog = new OpenDialog(start, this);
+  auto* dialog = new OpenDialog(start, window_);
   dialog->setObjectName("open_dialog");
   dialog->setAttribute(Qt::WA_DeleteOnClose);
   if (!failure.isEmpty()) dialog->ShowFailure(failure);
@@ -186,89 +215,72 @@ void MainWindow::AskAndOpen(OpenRequest start, const QString& failure) {
   dialog->open();
 }
 
-void MainWindow::Forget(const QString& entry) {
+void SceneFiles::Forget(const QString& entry) {
   ForgetRecent(entry);
-  ShowRecent();
+  Q_EMIT recentChanged();
 }
 
-void MainWindow::OpenRecent(const QString& entry) {
+void SceneFiles::OpenRecent(const QString& entry) {
   if (const QString missing = MissingOf(entry); !missing.isEmpty()) {
     Forget(entry);
-    return ShowError(tr("It cannot be opened again"),
-                     tr("%1 is gone. It is off the list now.").arg(missing));
+    return dialogs_->ShowError(tr("It cannot be opened again"),
+                               tr("%1 is gone. It is off the list now.").arg(missing));
   }
   if (IsSessionEntry(entry)) return OpenSession(Path(entry));
   OpenScene(RecentRequest(entry));
 }
 
-void MainWindow::FillRecent() {
-  recent_->clear();
+void SceneFiles::FillRecent(QMenu* menu) {
+  menu->clear();
   for (const QString& entry : RecentFiles()) {
-    QAction* one = recent_->addAction(RecentLine(entry, recent_->fontMetrics()), this,
-                                      [this, entry] { OpenRecent(entry); });
+    QAction* one = menu->addAction(RecentLine(entry, menu->fontMetrics()), this,
+                                   [this, entry] { OpenRecent(entry); });
     one->setToolTip(RecentTitle(entry));
   }
-  if (recent_->isEmpty()) {
-    recent_->addAction(tr("nothing yet"))->setEnabled(false);
+  if (menu->isEmpty()) {
+    menu->addAction(tr("nothing yet"))->setEnabled(false);
     return;
   }
-  recent_->addSeparator();
-  recent_->addAction(tr("&Clear this list"), this, [this] {
+  menu->addSeparator();
+  menu->addAction(tr("&Clear this list"), this, [this] {
     ForgetRecentFiles();
-    ShowRecent();
+    Q_EMIT recentChanged();
   });
 }
 
-void MainWindow::ShowRecent() { start_->Show(RecentFiles()); }
-
-void MainWindow::KeepPicture() {
+void SceneFiles::KeepPicture() {
   if (controller_->IsOpen() && canvas_->frame()) {
     KeepRecentPicture(opening_, canvas_->frame()->image);
   }
 }
 
-void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
-  if (!LocalPaths(*event->mimeData()).isEmpty()) TakeCopy(event);
-}
-
-void MainWindow::dragMoveEvent(QDragMoveEvent* event) {
-  if (!LocalPaths(*event->mimeData()).isEmpty()) TakeCopy(event);
-}
-
-void MainWindow::dropEvent(QDropEvent* event) {
-  const QStringList paths = LocalPaths(*event->mimeData());
-  if (paths.isEmpty()) return;
-  TakeCopy(event);
-  if (event->isAccepted()) OpenPaths(paths);
-}
-
 // ---- Sessions
 
-void MainWindow::Save(bool as, std::function<void()> then) {
+void SceneFiles::Save(bool as, std::function<void()> then) {
   if (!controller_->IsOpen()) return;
   auto folder = sessions_->folder();
   if (as || folder.empty()) {
-    const auto start = folder.empty() ? ProposedOutput(".retint") : folder;
-    QString path = QFileDialog::getSaveFileName(this, tr("Save the session"), Text(start),
+    const auto start = folder.empty() ? exports_->ProposedOutput(".retint") : folder;
+    QString path = QFileDialog::getSaveFileName(window_, tr("Save the session"), Text(start),
                                                 tr("Sessions (*.retint)"), nullptr,
                                                 QFileDialog::DontConfirmOverwrite);
     if (path.isEmpty()) return;
     if (!path.endsWith(".retint")) path += ".retint";
     const auto chosen = Path(path);
     if (SamePath(chosen, folder)) return SaveAgain(std::move(then));
-    return ConfirmReplacing(chosen, {chosen / "session.json"},
-                            [this, chosen, then] { sessions_->Save(chosen, then); });
+    return exports_->ConfirmReplacing(chosen, {chosen / "session.json"},
+                                      [this, chosen, then] { sessions_->Save(chosen, then); });
   }
   SaveAgain(std::move(then));
 }
 
 // Saves to the open session. Asks first if another program has saved it in the
 // meantime.
-void MainWindow::SaveAgain(std::function<void()> then) {
+void SceneFiles::SaveAgain(std::function<void()> then) {
   const auto folder = sessions_->folder();
   if (!sessions_->IsSavedElsewhere()) return sessions_->Save(folder, std::move(then));
   const QString what = tr("Replace the session?");
-  auto* box = new QMessageBox(QMessageBox::Warning, what, what, QMessageBox::Cancel, this);
+  auto* box = new QMessageBox(QMessageBox::Warning, what, what, QMessageBox::Cancel, window_);
   box->setInformativeText(
       tr("%1 was saved by another program since it was opened here. What was saved there is lost "
          "when you replace it.")
@@ -280,12 +292,12 @@ void MainWindow::SaveAgain(std::function<void()> then) {
     if (button == replace) sessions_->Save(folder, then);
     if (button == as) Save(true, then);
   });
-  ShowDialog(box);
+  dialogs_->Show(box);
 }
 
 // Offers the newest unsaved work of the requested files, or of any files if there is no request.
 // Runs `otherwise` unless the user takes it.
-void MainWindow::OfferRecovery(const StartOptions& options, std::function<void()> otherwise) {
+void SceneFiles::OfferRecovery(const StartOptions& options, std::function<void()> otherwise) {
   std::vector<std::filesystem::path> known;
   if (!options.session.empty()) known.push_back(options.session);
   for (const QString& entry : RecentFiles()) {
@@ -309,7 +321,7 @@ void MainWindow::OfferRecovery(const StartOptions& options, std::function<void()
                           .arg(newest.info.regions == 1 ? tr("1 region")
                                                         : tr("%1 regions").arg(newest.info.regions),
                                of),
-                      QMessageBox::NoButton, this);
+                      QMessageBox::NoButton, window_);
   QPushButton* recover = box->addButton(tr("Recover"), QMessageBox::AcceptRole);
   QPushButton* discard = box->addButton(tr("Throw away"), QMessageBox::DestructiveRole);
   box->addButton(tr("Later"), QMessageBox::RejectRole);
@@ -325,15 +337,15 @@ void MainWindow::OfferRecovery(const StartOptions& options, std::function<void()
     if (button == discard) RemoveRecovery(newest);
     otherwise();
   });
-  ShowDialog(box);
+  dialogs_->Show(box);
 }
 
 // ---- Questions
 
-void MainWindow::ConfirmThen(const QString& what, std::function<void()> go, bool quits) {
+void SceneFiles::ConfirmThen(const QString& what, std::function<void()> go, bool quits) {
   const bool running = controller_->colors().optimizer().Active();
   const bool busy = controller_->IsOpen() && controller_->IsBusy();
-  const bool modified = controller_->IsOpen() && IsModified();
+  const bool modified = controller_->IsOpen() && sessions_->IsModified();
   const bool painted = selection_->HoldsPaint();
   const bool filming = quits && videos_->IsBusy();
   if (!running && !busy && !filming && !modified && !painted) return go();
@@ -343,7 +355,7 @@ void MainWindow::ConfirmThen(const QString& what, std::function<void()> go, bool
   if (filming) reasons << tr("The video is still being made. It will be stopped.");
   if (painted) reasons << LossOfPaint();
   if (modified) reasons << tr("There are edits that have not been saved.");
-  auto* box = new QMessageBox(QMessageBox::Question, what, what, QMessageBox::Cancel, this);
+  auto* box = new QMessageBox(QMessageBox::Question, what, what, QMessageBox::Cancel, window_);
   box->setInformativeText(reasons.join("\n"));
   QPushButton* save = nullptr;
   if (modified) save = box->addButton(tr("&Save"), QMessageBox::AcceptRole);
@@ -366,89 +378,19 @@ void MainWindow::ConfirmThen(const QString& what, std::function<void()> go, bool
       Save(false, stop_and_go);  // save before stopping: the question may end here
     }
   });
-  ShowDialog(box);
+  dialogs_->Show(box);
 }
 
 // Names the view, because the strokes may be old.
-QString MainWindow::LossOfPaint() const {
+QString SceneFiles::LossOfPaint() const {
   const QString view = selection_->entry().view;
   return tr("What you painted %1 has not been accepted. It will be lost.")
       .arg(view.isEmpty() ? tr("in a free view") : tr("on %1").arg(view));
 }
 
-void MainWindow::AskOfPaint(const QString& what, std::function<void()> go) {
+void SceneFiles::AskOfPaint(const QString& what, std::function<void()> go) {
   if (!selection_->HoldsPaint()) return go();
-  Ask(what, LossOfPaint(), tr("&Discard the paint"), std::move(go));
-}
-
-void MainWindow::Ask(const QString& what, const QString& reason, const QString& go_on,
-                     std::function<void()> go) {
-  auto* box = new QMessageBox(QMessageBox::Warning, what, what, QMessageBox::Cancel, this);
-  box->setInformativeText(reason);
-  QPushButton* agree = box->addButton(go_on, QMessageBox::DestructiveRole);
-  box->setDefaultButton(QMessageBox::Cancel);
-  connect(box, &QMessageBox::buttonClicked, this, [=](QAbstractButton* button) {
-    if (button == agree) go();
-  });
-  ShowDialog(box);
-}
-
-void MainWindow::ShowDialog(QMessageBox* box) {
-  constexpr int kLongWord = 60;  // characters; a dialog becomes this wide
-  box->setTextFormat(Qt::PlainText);
-  box->setText(Breakable(box->text(), kLongWord));
-  box->setInformativeText(Breakable(box->informativeText(), kLongWord));
-  box->setTextInteractionFlags(Qt::TextSelectableByMouse);
-  // Otherwise, a dialog is only as wide as its title.
-  if (auto* text = box->findChild<QLabel*>("qt_msgbox_informativelabel")) {
-    const QFontMetrics font = text->fontMetrics();
-    const int whole = font.boundingRect(QRect(), Qt::TextDontClip, text->text()).width();
-    text->setMinimumWidth(std::max(text->minimumSizeHint().width(),
-                                   std::min(whole, kLongWord * font.averageCharWidth())));
-  }
-  box->setAttribute(Qt::WA_DeleteOnClose);
-  dialog_ = box;
-  connect(box, &QDialog::finished, this, [this] {
-    // After the dialog has closed, so that the next one stays open.
-    QTimer::singleShot(0, this, &MainWindow::NextError);
-  });
-  box->open();
-}
-
-void MainWindow::ShowError(const QString& title, const QString& message) {
-  errors_.emplace_back(title, message);
-  if (!dialog_) NextError();
-}
-
-void MainWindow::NextError() {
-  if (errors_.empty() || (dialog_ && dialog_->isVisible())) return;
-  const auto [title, message] = errors_.front();
-  errors_.pop_front();
-  // Above the list of keys if it is open, which would keep the keyboard otherwise.
-  QWidget* front = this;
-  if (keys_dialog_ && keys_dialog_->isVisible()) front = keys_dialog_;
-  auto* box = new QMessageBox(QMessageBox::Warning, title, title, QMessageBox::Ok, front);
-  box->setInformativeText(message);
-  ShowDialog(box);
-}
-
-void MainWindow::closeEvent(QCloseEvent* event) {
-  if (!closing_) {
-    event->ignore();
-    if (dialog_ && dialog_->isVisible()) return;  // already asked
-    const auto quit = [this] {
-      closing_ = true;
-      close();
-    };
-    ConfirmThen(tr("Quit Retint?"), quit, /*quits=*/true);
-    if (!closing_) return;
-  }
-  QSettings settings;
-  settings.setValue("geometry", saveGeometry());
-  settings.setValue("layout", panels_shown_ && !on_start_page_ ? saveState() : layout_);
-  sessions_->DropAutosave();
-  controller_->Close();
-  event->accept();
+  dialogs_->Ask(what, LossOfPaint(), tr("&Discard the paint"), std::move(go));
 }
 
 }  // namespace retint

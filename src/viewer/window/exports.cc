@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the window writes besides sessions, where it proposes to, and what it asks before anything
-// that is there is replaced.
+#include "viewer/window/exports.h"
+
 #include <algorithm>
 
 #include <QDir>
 #include <QFileDialog>
-#include <QPushButton>
 #include <QRegularExpression>
 #include <QSettings>
 
 #include "base/error.h"
 #include "colmap_io/image_io.h"
 #include "reporting/export.h"
+#include "viewer/canvas/canvas.h"
 #include "viewer/panels/export_dialog.h"
 #include "viewer/panels/splat_formats.h"
+#include "viewer/scene/current_region.h"
 #include "viewer/scene/session_store.h"
 #include "viewer/scene/video_maker.h"
-#include "viewer/window/main_window.h"
-#include "viewer/window/open_dialog.h"
+#include "viewer/window/dialogs.h"
 
 namespace retint {
 namespace {
@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kPlace = "output_folder";
 constexpr size_t kNamedFiles = 3;  // of those that would be replaced
-// The dialog sees the name that was typed, to which an ending may be added.
+// The dialog sees the typed name, but an extension may be added to it.
 constexpr auto kAskHere = QFileDialog::DontConfirmOverwrite;
 
 fs::path Path(const QString& text) { return text.toStdString(); }
@@ -75,7 +75,36 @@ bool IsWithin(const fs::path& path, const fs::path& folder) {
 
 }  // namespace
 
-fs::path MainWindow::ProposedOutput(const QString& ending) const {
+Exports::Exports(const Parts& parts, QWidget* window)
+    : QObject(window),
+      window_(window),
+      controller_(parts.controller),
+      sessions_(parts.sessions),
+      current_(parts.current),
+      canvas_(parts.canvas),
+      videos_(parts.videos),
+      dialogs_(parts.dialogs) {
+  const auto wrote = [this](const QString& path) {
+    RememberOutput(path.toStdString());
+    Q_EMIT written();
+  };
+  connect(&controller_->results(), &SceneResults::written, this,
+          [this, wrote](const QString& path) {
+            wrote(path);
+            Q_EMIT said(tr("Wrote %1").arg(path));
+          });
+  connect(sessions_, &SessionStore::saved, this, [this, wrote](const QString& path) {
+    wrote(path);
+    Q_EMIT said(tr("Saved %1").arg(path));
+  });
+  connect(videos_, &VideoMaker::finished, this,
+          [this](const QString& path) { Q_EMIT said(tr("Wrote %1").arg(path)); });
+  connect(videos_, &VideoMaker::failed, this, [this](const QString& message) {
+    dialogs_->ShowError(tr("The video cannot be made"), message);
+  });
+}
+
+fs::path Exports::ProposedOutput(const QString& ending) const {
   const fs::path workspace = WithoutSlash(controller_->facts()->request.place());
   const fs::path& session = sessions_->folder();
   const fs::path of = session.empty() ? workspace : session;
@@ -84,12 +113,12 @@ fs::path MainWindow::ProposedOutput(const QString& ending) const {
   return place / (of.stem().string() + ending.toStdString());
 }
 
-void MainWindow::RememberOutput(const fs::path& path) {
+void Exports::RememberOutput(const fs::path& path) {
   QSettings().setValue(kPlace, Text(WithoutSlash(path).parent_path()));
 }
 
-void MainWindow::ConfirmReplacing(const fs::path& folder, const std::vector<fs::path>& files,
-                                  std::function<void()> go) {
+void Exports::ConfirmReplacing(const fs::path& folder, const std::vector<fs::path>& files,
+                               std::function<void()> go) {
   QStringList there;
   for (const fs::path& file : files) {
     std::error_code ignored;
@@ -106,14 +135,14 @@ void MainWindow::ConfirmReplacing(const fs::path& folder, const std::vector<fs::
   if (facts && !facts->request.workspace.empty() && IsWithin(folder, facts->request.workspace)) {
     reason += tr("\nThis is in the workspace itself: they may be its own files.");
   }
-  Ask(what, reason, tr("&Replace"), std::move(go));
+  dialogs_->Ask(what, reason, tr("&Replace"), std::move(go));
 }
 
-void MainWindow::ConfirmReplacing(const fs::path& file, std::function<void()> go) {
+void Exports::ConfirmReplacing(const fs::path& file, std::function<void()> go) {
   ConfirmReplacing(fs::absolute(file).parent_path(), {file}, std::move(go));
 }
 
-void MainWindow::ExportSplat() {
+void Exports::Splat() {
   if (!controller_->IsOpen()) return;
   const fs::path source = controller_->facts()->request.splat;
   const std::vector<ExportFormat> formats = ExportFormats(*controller_->facts()->original);
@@ -125,21 +154,21 @@ void MainWindow::ExportSplat() {
     if (Text(source).endsWith(format.extension, Qt::CaseInsensitive)) own = format;
   }
   QString chosen = own.filter, problem;
-  const QString path = QFileDialog::getSaveFileName(this, tr("Export the splat"),
+  const QString path = QFileDialog::getSaveFileName(window_, tr("Export the splat"),
                                                     Text(ProposedOutput("-edited" + own.extension)),
                                                     filters.join(";;"), &chosen, kAskHere);
   if (path.isEmpty()) return;
   const QString named = NamedForExport(path, chosen, formats, &problem);
-  if (named.isEmpty()) return ShowError(tr("Choose another ending"), problem);
+  if (named.isEmpty()) return dialogs_->ShowError(tr("Choose another ending"), problem);
   ConfirmReplacing(Path(named), [this, named] { controller_->results().WriteSplat(Path(named)); });
 }
 
-void MainWindow::ExportReport() {
+void Exports::Report() {
   if (!controller_->IsOpen()) return;
   const QString page = tr("Page to look at (*.html)"),
                 figures = tr("Figures for programs (*.json)");
   QString kind = page;
-  QString path = QFileDialog::getSaveFileName(this, tr("Export the report"),
+  QString path = QFileDialog::getSaveFileName(window_, tr("Export the report"),
                                               Text(ProposedOutput("-report.html")),
                                               page + ";;" + figures, &kind, kAskHere);
   if (path.isEmpty()) return;
@@ -148,13 +177,14 @@ void MainWindow::ExportReport() {
   ConfirmReplacing(Path(path), [this, path] { controller_->results().WriteReport(Path(path)); });
 }
 
-void MainWindow::ExportMasks() {
+void Exports::Masks() {
   const Region* region = controller_->regions().Find(current_->id());
   if (!region) {
-    return ShowError(tr("Export masks"), tr("Choose a region first. Masks belong to a region."));
+    return dialogs_->ShowError(tr("Export masks"),
+                               tr("Choose a region first. Masks belong to a region."));
   }
   auto* dialog = new ExportDialog(ExportDialog::Kind::kMasks, QString::fromStdString(region->name),
-                                  Text(ProposedOutput("-masks")), this);
+                                  Text(ProposedOutput("-masks")), window_);
   connect(dialog, &QDialog::accepted, this, [this, dialog, id = region->id] {
     const Region* one = controller_->regions().Find(id);
     if (!one) return;
@@ -169,12 +199,12 @@ void MainWindow::ExportMasks() {
   dialog->open();
 }
 
-void MainWindow::ExportViews() {
+void Exports::Views() {
   if (!controller_->IsOpen()) return;
   const UserPicture* picture = canvas_->picture();
   const std::string shown = picture ? picture->name : std::string();
   auto* dialog = new ExportDialog(ExportDialog::Kind::kViews, QString::fromStdString(shown),
-                                  Text(ProposedOutput("-views")), this);
+                                  Text(ProposedOutput("-views")), window_);
   connect(dialog, &QDialog::accepted, this, [=, this] {
     const auto facts = controller_->facts();
     if (!facts) return;
@@ -193,10 +223,10 @@ void MainWindow::ExportViews() {
   dialog->open();
 }
 
-void MainWindow::ExportTurntable() {
+void Exports::Turntable() {
   if (!controller_->IsOpen()) return;
   auto* dialog = new ExportDialog(ExportDialog::Kind::kTurntable, {},
-                                  Text(ProposedOutput("-turntable")), this);
+                                  Text(ProposedOutput("-turntable")), window_);
   connect(dialog, &QDialog::accepted, this, [this, dialog] {
     const auto facts = controller_->facts();
     if (!facts) return;
@@ -211,8 +241,9 @@ void MainWindow::ExportTurntable() {
                                               size.height() & ~1);
     const fs::path folder = dialog->folder();
     if (videos_->Needs(folder)) {
-      return ShowError(tr("Choose another folder"),
-                       tr("A video of the frames in %1 is still being made.").arg(Text(folder)));
+      return dialogs_->ShowError(
+          tr("Choose another folder"),
+          tr("A video of the frames in %1 is still being made.").arg(Text(folder)));
     }
     const fs::path video = folder / "turntable.mp4";
     const std::vector<fs::path> frames = NumberedPictures(folder);
@@ -229,15 +260,15 @@ void MainWindow::ExportTurntable() {
   dialog->open();
 }
 
-void MainWindow::MakeVideo(const fs::path& folder, const fs::path& video, int rate) {
-  Say(videos_->IsBusy() ? tr("%1 is made after the video before it").arg(Text(video))
-                        : tr("Making %1").arg(Text(video)));
+void Exports::MakeVideo(const fs::path& folder, const fs::path& video, int rate) {
+  Q_EMIT said(videos_->IsBusy() ? tr("%1 is made after the video before it").arg(Text(video))
+                                : tr("Making %1").arg(Text(video)));
   videos_->Make(folder, video, rate);
 }
 
-void MainWindow::ExportComparison() {
+void Exports::Comparison() {
   if (!controller_->IsOpen()) return;
-  QString path = QFileDialog::getSaveFileName(this, tr("Export before and after"),
+  QString path = QFileDialog::getSaveFileName(window_, tr("Export before and after"),
                                               Text(ProposedOutput("-before-after.png")),
                                               tr("Pictures (*.png)"), nullptr, kAskHere);
   if (path.isEmpty()) return;

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Asks where splats, masks, views, reports, turntables and comparisons are written, writes them
+// through SceneResults, and asks before a file that is there is replaced.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <vector>
+
+#include <QObject>
+#include <QString>
+
+#include "viewer/scene/scene_controller.h"
+
+class QWidget;
+
+namespace retint {
+
+class Canvas;
+class CurrentRegion;
+class Dialogs;
+class SessionStore;
+class VideoMaker;
+
+class Exports : public QObject {
+  Q_OBJECT
+
+ public:
+  // The parts of the window that it works with.
+  struct Parts {
+    SceneController* controller;
+    SessionStore* sessions;
+    CurrentRegion* current;
+    Canvas* canvas;
+    VideoMaker* videos;
+    Dialogs* dialogs;
+  };
+  Exports(const Parts& parts, QWidget* window);
+
+  void Splat();
+  void Masks();  // of the current region
+  void Views();
+  void Report();
+  void Turntable();
+  void Comparison();
+
+  // The proposed folder of outputs: the one that was written to last, else beside the session or
+  // the workspace. The name begins with that of the open scene and ends in `ending`.
+  std::filesystem::path ProposedOutput(const QString& ending) const;
+  static void RememberOutput(const std::filesystem::path& path);
+  // Runs `go` at once where none of `files` is there, else after the user agreed to replace them.
+  void ConfirmReplacing(const std::filesystem::path& folder,
+                        const std::vector<std::filesystem::path>& files, std::function<void()> go);
+  void ConfirmReplacing(const std::filesystem::path& file, std::function<void()> go);
+
+ Q_SIGNALS:
+  void said(const QString& text);  // for the status bar
+  void written();                  // a file of the user's
+
+ private:
+  void MakeVideo(const std::filesystem::path& folder, const std::filesystem::path& video, int rate);
+
+  QWidget* window_;
+  SceneController* controller_;
+  SessionStore* sessions_;
+  CurrentRegion* current_;
+  Canvas* canvas_;
+  VideoMaker* videos_;
+  Dialogs* dialogs_;
+};
+
+}  // namespace retint
