@@ -57,7 +57,7 @@ double ResidentMb() {
   return read == 2 ? double(resident) * double(sysconf(_SC_PAGESIZE)) / (1 << 20) : 0;
 }
 
-// Small blocks below one that stays: the C library keeps what they held until it is asked.
+// Small blocks below one that stays: the C library keeps their memory until it is told to free it.
 TEST(Memory, FreedBlocksGoBackToTheSystem) {
   constexpr size_t kBlock = 1000, kCount = 64 * 1000;  // 61 MiB
   std::vector<std::unique_ptr<char[]>> blocks(kCount);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// retint_cut: of a scene that is opened in parts, the part that the fit of some masks opens, as a
-// scene of its own, for benchmarks: OUTPUT/splat.ply, OUTPUT/sparse/0 with the views that take
-// part, and their masks with the Gaussians' shares in OUTPUT/masks.
+// retint_cut: writes a part of a scene as its own scene, for benchmarks. It is the part that the
+// fit of some masks opens. OUTPUT/splat.ply, OUTPUT/sparse/0 with the views that take part, and in
+// OUTPUT/masks their masks with the Gaussians' shares.
 #include <cstdio>
 #include <filesystem>
 #include <string>

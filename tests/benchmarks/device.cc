@@ -248,7 +248,7 @@ class Bench {
               std::max(roi_[3], std::min(y + kTileSize, camera_.height))};
     }
   }
-  // What every view of a sweep of mm costs.
+  // The cost of every view in a sweep of mm.
   void MmIteration() {
     EvalActive(colors_);
     backend_->solve().LinearCombination(

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// retint_bench_edit: a whole edit from one painted view to its preview, in a process that has only
-// opened the scene: depth, cloud, registration, masks on all views, closed form. One JSON line a
-// round; the first is what a user waits for, in later ones the views' geometries are kept. Then a
-// line for each pointwise operation: its preview with masks and geometry at hand.
+// retint_bench_edit: a whole edit from one painted view to its preview: depth, cloud, registration,
+// masks on all views, closed form. The process has only opened the scene. One JSON line per round;
+// users wait for the first one, later ones find the views' geometries. Then one line for each
+// pointwise operation: its preview with known masks and geometry.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -37,7 +37,7 @@ struct Flags {
   int rounds = 3;
 };
 
-// What the operations' options take. `to` and `palette` name the colors that they replace, so that
+// Values for the operations' options. `to` and `palette` name the colors that they replace, so
 // nothing is measured.
 constexpr const char* kOperations[][2] = {{"tint", "#3060ff"},
                                           {"matrix", "0,1,0,0,0,0,1,0,1,0,0,0"},

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// retint_bench_kernels: every operation that a refit leans on, on view 0025 of the fox (a synthetic
-// scene where there is none), with warm geometry. One JSON line a case; Google Benchmark's own
-// flags work (--benchmark_filter=blend).
+// retint_bench_kernels: every operation of a refit on view 0025 of the fox, or on a synthetic
+// scene, with known geometry. One JSON line per case. The flags of Google Benchmark work
+// (--benchmark_filter=blend).
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -135,7 +135,7 @@ class Bench {
   Buffer<float> image, gradient, target, colors, sums, sh_gradient;
 };
 
-// One JSON object a line: what performance figures are collected from.
+// One JSON object per line, the source of performance figures.
 class JsonLines : public benchmark::BenchmarkReporter {
  public:
   JsonLines(std::string scene, std::string backend)

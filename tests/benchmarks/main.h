@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the measuring programs' main() have in common.
+// Shared parts of main() in measuring programs.
 #pragma once
 
 #include <cstdio>
@@ -7,7 +7,7 @@
 
 namespace retint {
 
-// main_of(argc, argv), or 1 with a line on stderr for what it throws.
+// main_of(argc, argv); after an exception 1, with a line on stderr.
 template <typename Main>
 int RunProgram(const char* name, const Main& main_of, int argc, char** argv) {
   try {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// retint_bench_open: how long a splat file takes to open, against the time that only its bytes
-// take: read from the disk, and, where they are packed, unpacked on one core by the same library.
-// One JSON line. Each round takes all of these once, so that they meet the same disturbances; the
-// least of each is printed. "cold": the file's pages were given up by the system before; "warm":
-// they are in its memory.
+// retint_bench_open: the time to open a splat file, compared with the time for its bytes: reading
+// them from disk and, for packed files, unpacking them on one core with the same library. One JSON
+// line. Each round does all of these once, so that they meet the same disturbances. It prints the
+// least time of each. "cold": the system has dropped the file's pages before; "warm": they are in
+// its memory.
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
@@ -36,7 +36,7 @@ namespace {
 struct Cost {
   double wall = std::numeric_limits<double>::infinity(), cpu = wall;
 
-  // What the work returns is freed after the clocks have stopped.
+  // The result is freed after the clocks have stopped.
   template <typename Work>
   void Add(const Work& work) {
     ReleaseFreedMemory();
@@ -69,7 +69,7 @@ std::string ReadBytes(const std::filesystem::path& path) {
   return bytes;
 }
 
-// What comes out of the file's own compression; 0 where there is none.
+// The bytes after unpacking; 0 if the file is not packed.
 size_t Unpack(const std::filesystem::path& path) {
   const std::string extension = path.extension().string();
   if (extension == ".spz") {
@@ -111,7 +111,7 @@ size_t ReadThrough(const std::filesystem::path& path) {
 // Has the system give up the pages of the file that it holds. False where it keeps some.
 bool DropPages(const std::filesystem::path& path) {
   const InputFile file(path);
-  fsync(file.descriptor());  // only what is written can be given up
+  fsync(file.descriptor());  // only written pages can be dropped
   posix_fadvise(file.descriptor(), 0, 0, POSIX_FADV_DONTNEED);
   void* const data = mmap(nullptr, file.size(), PROT_READ, MAP_SHARED, file.descriptor(), 0);
   if (data == MAP_FAILED) return false;

@@ -35,7 +35,7 @@ double Now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-// CPU seconds of this process over both cores: what a busy machine leaves comparable.
+// CPU seconds of this process over both cores: comparable even on a busy machine.
 double CpuNow() { return double(std::clock()) / CLOCKS_PER_SEC; }
 
 struct Flags {
@@ -123,8 +123,8 @@ Mask Resized(const Mask& mask, double scale) {
   return small;
 }
 
-// A selection for scenes without masks: 1 for the Gaussians in a ball, `radius` of its depth wide,
-// around what the first view shows in its middle.
+// A selection for scenes without masks: 1 for Gaussians in a ball around the middle of the first
+// view. Its radius is `radius` of the depth there.
 std::vector<float> BallShares(const GaussianModel& model, const PosedCamera& view, double radius) {
   const auto mean = [&](size_t g) {
     return Eigen::Vector3d(Eigen::Map<const Eigen::Vector3f>(&model.means[3 * g]).cast<double>());

@@ -45,7 +45,7 @@ struct Flags {
   bool memory = false;
 };
 
-// A value of /proc/self/status, MiB; 0 where there is no such file.
+// A value of /proc/self/status, MiB; 0 without such a file.
 double StatusMb(const std::string& name) {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);) {
@@ -194,12 +194,12 @@ class Bench {
     }
     if (!Strokes(paper)) return false;
     SelectOptions select;
-    select.depth_method = "gaussian";  // the selection is not what is measured
+    select.depth_method = "gaussian";  // does not measure the selection
     mode.SetSelectOptions(select);
     return Accept(root);
   }
 
-  // A move of the mouse to what it selects, as the veil and in the pictures of all views that show.
+  // From a move of the mouse to its selection, as veil and in the pictures of visible views.
   bool Strokes(SelectionCanvas& paper) {
     StrokePreview& preview = window_->stroke_preview();
     std::set<QString> views;
@@ -236,7 +236,7 @@ class Bench {
     return true;
   }
 
-  // Accepts the view's mask instead of what is painted.
+  // Accepts the view's mask instead of the paint.
   bool Accept(const std::filesystem::path& root) {
     SelectionMode& mode = window_->selection();
     SelectionCanvas& paper = mode.canvas();
@@ -294,8 +294,8 @@ class Bench {
     std::fflush(stdout);
   }
 
-  // A change of the colour to the coefficients, and to the picture: one after the other as a drag
-  // brings them, and each while the optimiser is at work on the one before.
+  // From a change of the color to the coefficients, and to the picture: one after the other, as in
+  // a drag, and each while the optimizer works on the one before.
   bool Preview() {
     canvas().SetCloudShown(false);
     window_->controller().colors().SetAutomaticRefit(true);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Finding NCCL, and what is asked of it, with a library of the test's own in its place.
+// Finding and calling NCCL, with the test's own library in its place.
 #include "cluster/nccl.h"
 
 #include <cstdlib>
@@ -37,7 +37,7 @@ class NcclTest : public testing::Test {
     if (!nccl) throw std::runtime_error(fault_);
     return *nccl;
   }
-  // What was called.
+  // The calls.
   std::string Log() const {
     std::ostringstream text;
     text << std::ifstream(folder_ / "log").rdbuf();
@@ -96,7 +96,7 @@ TEST_F(NcclTest, TransfersAreOneGroup) {
             "leave\nfree\n");
 }
 
-// What a transfer throws where `failing` fails.
+// The error of a transfer if `failing` fails.
 std::string FaultOf(const Nccl& nccl) {
   const auto link = JoinNccl(nccl, {}, 0, 2);
   int value = 0;

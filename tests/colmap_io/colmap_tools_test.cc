@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// COLMAP's own executable reads what we write, and we read what it writes. Skipped, visibly, where
-// there is no `colmap`.
+// COLMAP's own executable reads our files, and we read its files. Reported as skipped if there is
+// no `colmap`.
 #include <sys/wait.h>
 
 #include <array>

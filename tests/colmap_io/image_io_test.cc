@@ -134,7 +134,7 @@ TEST(ImageIoTest, ExifOrientationIsIgnoredAsByColmap) {
 }
 
 TEST(ImageIoTest, ManyPixelsInAFewBytesAreRead) {
-  // The bound on what a file can hold must not refuse what encoders really make.
+  // The limit on a file's contents must not reject real encoders.
   const TempFolder folder;
   const cv::Mat flat(3000, 4000, CV_8UC1, cv::Scalar(128));
   Put(folder / "a.png", Encoded(".png", flat, {cv::IMWRITE_PNG_COMPRESSION, 9}));
@@ -411,7 +411,7 @@ uint32_t Crc32(std::string_view bytes) {
   return ~crc;
 }
 
-// Where a tag's value is in a TIFF file of OpenCV's, little-endian.
+// The place of a tag's value in a TIFF file of OpenCV, little-endian.
 size_t TiffValue(const std::string& bytes, size_t tag) {
   const auto number = [&](size_t at, size_t count) {
     size_t value = 0;

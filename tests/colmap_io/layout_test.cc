@@ -250,7 +250,7 @@ TEST(Nerfstudio, CamerasComeWithColmapsAxesInColmapsWorld) {
   EXPECT_EQ(camera.params, (std::vector<double>{60, 51, 31, 25, 0.1, 0, 0, 0}));
 }
 
-// A file of one frame, with what comes before and in it.
+// A file of one frame: its header and the frame.
 std::string OneFrame(const std::string& all, const std::string& frame) {
   return "{" + all + R"("w": 64, "h": 32, "fl_x": 50, "frames": [{"transform_matrix":
     [[1,0,0,1],[0,1,0,2],[0,0,1,3],[0,0,0,1]], )" +
@@ -331,7 +331,7 @@ TEST(Nerfstudio, PointsAreThoseOfThePlyThatIsNamed) {
   EXPECT_LT((point.xyz - Eigen::Vector3d(1, -3, 2)).norm(), 1e-6);
   EXPECT_EQ(point.color, (Eigen::Matrix<uint8_t, 3, 1>(10, 20, 30)));
   EXPECT_TRUE(point.track.empty());
-  // What cannot be read is left out, and said.
+  // Unreadable files are left out, and reported.
   for (const char* bad : {"not a ply\n",
                           "ply\nformat ascii 1.0\nelement vertex 9999999999\nproperty float x\n"
                           "property float y\nproperty float z\nend_header\n1 2 3\n",

@@ -81,7 +81,7 @@ TEST(PhotoFile, AJpegKeepsItsQualityItsSegmentsAndItsOtherBlocks) {
       EXPECT_THAT(*edited, HasSubstr(icc));
       EXPECT_THAT(*edited, Not(HasSubstr("MPF")));
       WriteFile(folder / "b.jpg", *edited);
-      // The same tables: what it holds is what any file of that quality would hold.
+      // The same tables: the file's values are those of any file of that quality.
       const Image8 was = ReadImage8(folder / "a.jpg"), is = ReadImage8(folder / "b.jpg");
       EXPECT_EQ(AsJpegHolds(was, bytes)->data, AsJpegHolds(was, *edited)->data);
       for (int y = 0; y < kHeight; ++y) {

@@ -139,7 +139,7 @@ TEST(Photo, PngAndWebpFilesAreTurnedToo) {
   cv::imencode(".webp", cv::imread((folder / "stored.png").string()), webp,
                {cv::IMWRITE_WEBP_QUALITY, 101});  // without loss
   WriteFile(folder / "p.png", PngWithOrientation(ReadFile(folder / "stored.png"), Exif(6, true)));
-  // Some programs write what stands before the TIFF in a JPEG.
+  // Some programs write the bytes before the TIFF in a JPEG.
   for (const std::string& before : {std::string(), kExif}) {
     const std::string exif = before + Exif(6, before.empty());
     WriteFile(folder / "p.webp",

@@ -269,7 +269,7 @@ TEST_F(SparseBadInputTest, ImagesOnOneLineEach) {
 TEST_F(SparseBadInputTest, ZeroRotation) {
   for (const size_t offset : {12, 28}) Patch("images", offset, 0.0);
   ExpectLeftOut(Binary(), HasSubstr("images.bin: image 2 has a zero rotation"));
-  // Where no other image is left, that is the end of it.
+  // Without another image, the file ends there.
   Put(Text() / "images.txt", "2 0 0 0 0 0 0 0 1 a.jpg\n\n");
   ExpectRefused(Text(), HasSubstr("images.txt:1: image 2 has a zero rotation"));
 }

@@ -68,7 +68,7 @@ void ExpectPoint(const Reconstruction& model, ViewId id, CameraId camera,
   EXPECT_LT((view.cam_from_world * in_world - in_cam).norm(), 1e-12);
 }
 
-// What both files say, worked out by hand.
+// The contents of both files, computed by hand.
 void ExpectPoses(const Reconstruction& model) {
   EXPECT_EQ(model.views.size(), 4u);
   const Eigen::Vector3d point(1, 2, 3);

@@ -183,7 +183,7 @@ TEST(SparseTest, RotationsThatAreNearlyUnitKeepTheirBits) {
   const Reconstruction back = ReadReconstruction(folder.path());
   EXPECT_EQ(back.views.at(2).cam_from_world.rotation.coeffs(), kept.coeffs());
   EXPECT_NEAR(back.views.at(3).cam_from_world.rotation.norm(), 1, 1e-15);
-  // What was normalised stays as it is from then on.
+  // Normalized values do not change any more.
   WriteReconstructionBinary(folder / "again", back);
   ExpectSame(ReadReconstruction(folder / "again"), back);
 }

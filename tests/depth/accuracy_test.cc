@@ -47,7 +47,7 @@ Accuracy AgainstSparsePoints(const Reconstruction& reconstruction, const View& v
   return {errors.size(), middle(errors), middle(signs)};
 }
 
-// By backend, and by OpenCV's matcher. Skipped where there is no device.
+// By backend, and by OpenCV's matcher. Skipped without a device.
 class DepthAccuracy : public testing::TestWithParam<std::string> {
  protected:
   void SetUp() override {

@@ -51,7 +51,7 @@ struct Form {
   int inputs = 2, channels = 3;
   int width = -1, height = -1;
   std::vector<std::string> names = {"im0", "im1"};
-  float answer = 1;  // what it answers for a pixel of disparity
+  float answer = 1;  // answer per pixel of disparity
   float most = 255;  // of the values that it expects
   bool right_first = false;
 };

@@ -74,7 +74,7 @@ TEST(ChooseStereoSearch, KeepsTheNearestInRange) {
   EXPECT_EQ(ChooseStereoSearch(camera, rough, given).baseline, 1) << "a given one is kept";
 }
 
-// Skipped where there is no device.
+// Skipped without a device.
 std::shared_ptr<Backend> BackendOrNull(const std::string& name) {
   try {
     return CreateBackend(name);
@@ -84,7 +84,7 @@ std::shared_ptr<Backend> BackendOrNull(const std::string& name) {
   }
 }
 
-// By backend. Skipped where there is no device.
+// By backend. Skipped without a device.
 class OnPlanes
     : public ::testing::TestWithParam<std::tuple<std::pair<double, double>, const char*>> {};
 INSTANTIATE_TEST_SUITE_P(
@@ -175,8 +175,8 @@ TEST(StereoHv, OpenCvsMatcherIsAChoice) {
   EXPECT_NE(sgbm.depth.data, census.depth.data) << "or it was not another matcher";
 }
 
-// A plane so steep, and a baseline so long, that disparities of a hundred to three hundred pixels
-// are searched: too many for census, and OpenCV's matcher is seen to have taken its place.
+// A plane so steep, and a baseline so long, that disparities of 100 to 300 pixels are searched.
+// That is too much for census, so OpenCV's matcher replaces it.
 TEST_P(OnBackends, SearchesTooLongForCensusAreLeftToOpenCvWithAWarning) {
   const auto backend = BackendOrNull(GetParam());
   if (!backend) GTEST_SKIP() << CudaFault();
@@ -237,8 +237,8 @@ TEST(StereoHv, DisparityBecomesDepthByTheBaseline) {
   EXPECT_EQ(estimate.valid(120, 90), 255);
 }
 
-// A plane at depth 4, a focal length of 200 pixels, a width of 240: the baseline of 4.8 moves it by
-// the width, that of 0.00125 by a sixteenth of a pixel.
+// A plane at depth 4, a focal length of 200 pixels, a width of 240. A baseline of 4.8 moves it by
+// the width, one of 0.00125 by 1/16 pixel.
 TEST(StereoHv, RefusesBaselinesThatMoveEverythingOutOfTheImage) {
   const PlaneScene plane{4, 0, 0};
   Renderer renderer(CreateBackend("cpu"), plane.Model(4.5, 0.06, 3));

@@ -65,7 +65,7 @@ Image8 ToBytes(const ScalarImage& gray) {
 struct Plane {
   double base, slope_x, slope_y;
   double operator()(double x, double y) const { return base + slope_x * x + slope_y * y; }
-  // The reference's coordinate of what the shifted view shows at (u, v).
+  // The reference's coordinate of the point at (u, v) in the shifted view.
   std::pair<double, double> Reference(Shift shift, double u, double v) const {
     switch (shift) {
       case Shift::kRight:  // u = x - s

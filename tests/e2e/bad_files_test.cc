@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Files that are missing, cut off, damaged, or hold what cannot be.
+// Files that are missing, truncated or damaged, or have impossible contents.
 #include <limits>
 
 #include "splat_io/splat_io.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What bad input gets: one line on stderr that names file and fault, the right exit code, and no
-// output. One row a fault; the files that include this have the rows of a subject each.
+// The reaction to bad input: one line on stderr with file and fault, the right exit code, and no
+// output. One row for each fault; each including file has the rows of one subject.
 #pragma once
 
 #include <algorithm>
@@ -123,7 +123,7 @@ inline SelectionCloud CloudAt(const Eigen::Vector3f& position) {
 
 inline std::string RowName(const testing::TestParamInfo<Row>& row) { return row.param.name; }
 
-// No output, one line, the right code, and the line tells what is wrong.
+// No output, one line, the right code, and the fault in the line.
 inline void ExpectRefused(const CommandResult& result, const Place& place, int code,
                           const std::string& says) {
   EXPECT_EQ(result.code, code) << result.err;

@@ -41,7 +41,7 @@ const Row kOutputRows[] = {
 
 INSTANTIATE_TEST_SUITE_P(Outputs, BadInput, testing::ValuesIn(kOutputRows), RowName);
 
-// Files that are in their places are no failure, whatever becomes of what is said of them.
+// If the files are in place, the run has not failed, even if its messages cannot be written.
 TEST(FullOutput, IsAFailureOnlyWithoutFiles) {
   Place place;
   CommandOptions full;
@@ -81,7 +81,7 @@ TEST_P(FullDisk, LeavesWhatWasThere) {
 INSTANTIATE_TEST_SUITE_P(Bytes, FullDisk, testing::Values(0, 1000, 100000, 2000000));
 
 TEST(FullDisk, OfARealFileSystem) {
-  TinyWorkspace();  // made here, where nothing is unusual
+  TinyWorkspace();  // made here, without a fault
   const ChildOutcome outcome = RunWithMounts([] {
     Place place;
     ASSERT_EQ(mount("tmpfs", place.out.c_str(), "tmpfs", 0, "size=6m"), 0) << std::strerror(errno);

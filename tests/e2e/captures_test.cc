@@ -16,8 +16,8 @@
 namespace retint {
 namespace {
 
-// Recolors what was painted in one view, as <capture>/<masks> holds it; the masks of every view are
-// in `temp`/stages/masks. One sweep of the fit is enough here, since the masks come before it.
+// Recolors the paint on one view, from <capture>/<masks>. The masks of all views go to
+// `temp`/stages/ masks. One sweep of the fit is enough, because the masks come first.
 void Recolor(const std::string& capture, const std::string& masks, const std::string& view,
              const TempFolder& temp) {
   const std::string folder = DataPath(capture).string();

@@ -18,11 +18,11 @@ using nlohmann::json;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
-// Empty where there is no mpirun, or a retint without MPI.
+// Empty without mpirun, or if retint was built without MPI.
 std::vector<std::string> Launcher(int ranks) {
 #ifdef RETINT_HAVE_MPI
   if (std::system("command -v mpirun >/dev/null") == 0) {
-    // -q: mpirun's own banner about a failed run is no part of what retint says.
+    // -q: no banner of mpirun about a failed run, because the test reads the messages of retint.
     return {"mpirun", "-q", "--allow-run-as-root", "--oversubscribe", "-n", std::to_string(ranks)};
   }
 #endif
@@ -59,7 +59,7 @@ std::vector<std::string> Arguments(const fs::path& output, const std::vector<std
   return arguments;
 }
 
-// Without what is measured of the run itself.
+// Without measurements of the run itself.
 json Figures(const fs::path& report) {
   json figures = json::parse(ReadFile(report));
   for (const char* key : {"ranks", "sent_mb", "exchange", "stages_ms", "peak_rss_mb"}) {

@@ -35,12 +35,12 @@ namespace fs = std::filesystem;
     argv.push_back(const_cast<char*>(argument.c_str()));
   }
   argv.push_back(nullptr);
-  setenv("RETINT_CACHE", "", 0);  // what an older program computed is not what is tested
+  setenv("RETINT_CACHE", "", 0);  // do not test results of an older program
   execvp(argv.front(), argv.data());
   _exit(127);
 }
 
-// Appends what is there to read; false at the end of the file.
+// Appends the available text; false at the end of the file.
 bool ReadSome(int fd, std::string& text) {
   std::array<char, 4096> bytes;
   const ssize_t got = read(fd, bytes.data(), bytes.size());

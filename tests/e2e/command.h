@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Runs the real `retint` and keeps what it said.
+// Runs the real `retint` and keeps its output.
 #pragma once
 
 #include <csignal>

@@ -132,7 +132,7 @@ TEST(Convert, ASplatAloneHasAColorErrorToo) {
   ASSERT_EQ(result.code, 0) << result.err;
   const json color = json::parse(ReadFile(temp / "r.json"))["color_error"];
   EXPECT_EQ(color["views"], 6);
-  // Half a step of 255 a channel is below what can be seen; an opacity's half step likewise.
+  // Half a step of 255 in a channel is invisible, and so is half a step of opacity.
   EXPECT_LT(color["mean"], 0.5);
 }
 
@@ -156,8 +156,8 @@ TEST(Convert, BadArgumentsAreToldInOneLine) {
   EXPECT_THAT(refused(3, {temp / "bad.spz", temp / "a.ply"}), HasSubstr("bad.spz"));
 }
 
-// A recolored .splat keeps every byte but the colors of what was recolored; other formats are
-// written by their extension, with a warning of what they drop.
+// A recolored .splat keeps every byte except the changed colors. Other formats are written by their
+// extension, with a warning about their losses.
 TEST(Convert, RecolorReadsAndWritesOtherFormats) {
   const TempFolder temp;
   Convert(Splat(), temp / "in.splat", temp / "r.json");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Workspaces of distorted cameras, whose photos are ray-traced through the lens: what is painted on
-// a photo comes out, in the photos' own pixels, where the truth is.
+// Workspaces of distorted cameras with photos that were ray-traced through the lens. Masks of paint
+// on a photo must fit the truth, in the photos' own pixels.
 #include <fcntl.h>
 #include <sys/file.h>
 #include <unistd.h>
@@ -37,8 +37,8 @@ struct Lens {
   double least_iou;  // of the masks that are projected from one painted photo, on average
 };
 
-// Measured: 0.93, 0.93 and 0.80. The box of the last is 12 pixels wide, and a border that is off by
-// half a pixel costs 0.15; a mask in the pixels of another frame has next to nothing.
+// Measured: 0.93, 0.93 and 0.80. The last one's box is 12 pixels wide, so a border half a pixel off
+// costs 0.15. A mask in another frame's pixels has almost nothing.
 constexpr Lens kLenses[] = {
     {"SIMPLE_RADIAL", 160, 120, "160", "120", 0.85},
     {"OPENCV_FISHEYE", 160, 120, "160", "120", 0.85},
@@ -125,7 +125,7 @@ TEST_P(Distorted, MasksMeetTheTruthInThePhotosPixels) {
   }
 }
 
-// The photo itself is edited, not its pinhole views: what lies outside the masks keeps every bit.
+// Edits the photo itself, not its pinhole views: pixels outside the masks keep every bit.
 TEST_P(Distorted, PhotosAreEditedInTheirOwnLens) {
   Run("refit", {"--masks", object_.string(), "--to", "#3060ff", "--set", "iterations=1", "--output",
                 (temp_ / "out.ply").string(), "--photos", (temp_ / "photos").string()});
@@ -206,7 +206,7 @@ TEST_P(Distorted, AnEditedPhotoSaysWhatIsMeant) {
   // Measured: 0.73, 0.74 and 0.70. The object has one surface; the rest is its outline, which is
   // wide on an object of some dozen pixels, and gray pixels, which a swap leaves.
   EXPECT_GT(operation["explained"].get<double>(), 0.6);
-  // What changed is the selection: the object, but for pixels that a swap leaves.
+  // The selection changed: it is the object, except for pixels that a swap leaves.
   EXPECT_GT(IouOf(Read(ViewFile(temp_ / "stages/masks", view_)), truth), 0.6);
 }
 

@@ -76,7 +76,7 @@ const Hostile kHostile[] = {
     {"Opacities",
      [](GaussianModel& model) {
        Add(model, 4, [](GaussianModel& m, size_t g, size_t i) {
-         m.means[3 * g + 1] = 50;  // behind what is selected
+         m.means[3 * g + 1] = 50;  // behind the selection
          m.opacity_logits[g] = i % 2 == 0 ? 1e4F : -1e4F;
        });
        for (size_t g = 0; g < model.NumGaussians(); g += 3) {
@@ -164,7 +164,7 @@ TEST(HostileSplat, OfTwoViewsIsRecolored) {
   ExpectResult(RunRecolor(place), place);
 }
 
-// Refused with what to do, which then works and says how many were left out.
+// Rejected with advice; following it works, and the output says how many were dropped.
 TEST(HostileSplat, RowsThatAreNoNumbersAreDroppedOnRequest) {
   Place place;
   GaussianModel model = ReadSplat(place.in / "splat.ply");
@@ -185,7 +185,7 @@ TEST(HostileSplat, RowsThatAreNoNumbersAreDroppedOnRequest) {
   EXPECT_EQ(after.source.property_order, model.source.property_order);
 }
 
-// Names come from files of strangers: what a terminal obeys must not reach it.
+// Strangers name the files: control characters must not reach a terminal.
 TEST(HostileNames, AreShownWithoutTheirControlCharacters) {
   Place place;
   Reconstruction model = ReadReconstruction(place.in / "sparse/0");

@@ -177,7 +177,7 @@ TEST_F(JobRun, FinerGaussiansAreThoseOfRecolorAndAreKept) {
   fs::remove(temp_ / "out.ply");
   EXPECT_EQ(States(Run().out), "select kept, project kept, refine kept, refit kept");
   EXPECT_TRUE(ReadFile(temp_ / "out.ply") == expected);
-  // Colors decide nothing of what is split, unless they are paint.
+  // Colors do not change which Gaussians are split, unless they are paint.
   job_["regions"][0]["edit"] = {{"operations", {{{"op", "gray"}}}}};
   EXPECT_EQ(States(Run({"--dry-run"}).out),
             "select kept, project kept, refine kept, refit to");  // "to do"
@@ -212,7 +212,7 @@ TEST_F(JobRun, AllRegionsAreFittedOnTheFinerSplat) {
   EXPECT_EQ(session["splat"]["relative"], "finer.ply");
   EXPECT_EQ(session["regions"][0]["fit"]["current"], true);
   EXPECT_EQ(session["regions"][1]["fit"]["current"], true);
-  // From what was kept, and with a part of it damaged, the same bytes.
+  // The same bytes from kept results, even if one of them is damaged.
   for (const auto& entry : fs::directory_iterator(temp_ / "job.cache")) {
     if (entry.path().filename().string().starts_with("refine-")) {
       WriteFile(entry.path() / "refined.bin", "damaged");

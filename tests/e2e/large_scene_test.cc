@@ -175,8 +175,8 @@ TEST_F(LargeSceneTest, RefitsMasksAsInCore) {
   ASSERT_EQ(run.code, 0) << run.err;
   ExpectSameFit("masks");
   ExpectSameFit("masks", {"--target", "photo", "--holdout", "4"});
-  // A view where nothing is selected still says what must stay, whether shares are known or, as its
-  // mask was changed since, are not.
+  // A view without selected pixels still tells which colors must stay. That holds with known
+  // shares, and without them, after its mask was changed.
   WritePng(temp_ / "masks" / "003.png.png", Mask(160, 120));
   const CommandResult stale = Refit("masks", "stale.ply", true);
   EXPECT_THAT(stale.err, HasSubstr("belongs to other masks"));
@@ -186,7 +186,7 @@ TEST_F(LargeSceneTest, RefitsMasksAsInCore) {
   ExpectSameFit("masks");
 }
 
-// Of a scene in a city, whose other blocks are other scenes, only what can matter takes part.
+// In a city of blocks, each one a scene, only parts that matter take part.
 TEST_F(LargeSceneTest, ViewsThatSeeNothingSelectedTakeNoPartInAFit) {
   const auto report = [&](const std::vector<std::string>& more) {
     std::vector<std::string> arguments = {"--report", (temp_ / "report.json").string()};
@@ -285,7 +285,7 @@ TEST_F(LargeSceneTest, TheCopyHasItsIndexAtOnce) {
   const std::string picture = render("copied");
   std::filesystem::remove(temp_ / "blue.ply.index");
   EXPECT_EQ(render("built"), picture);
-  // What lies in its place is somebody's.
+  // The file in its place belongs to somebody.
   WriteFile(temp_ / "green.ply.index", "a list of books");
   run = Recolor("green.ply", {"--completion", "off", "--out-of-core", "on"});
   EXPECT_EQ(run.code, 0);
@@ -330,8 +330,8 @@ TEST_F(LargeSceneTest, IndexesWithinItsMemoryOrSaysWhatIsEnough) {
   EXPECT_LE(std::stoi(run.out.substr(at + peak.size())), enough);
 }
 
-// A few blocks of a city, each the tiny scene with many small Gaussians: what views see is a part,
-// and what an edit takes is more than the program itself.
+// A few blocks of a city, each the tiny scene with many small Gaussians. Views see a part of them,
+// and an edit takes more memory than the program itself.
 class TiledSceneTest : public LargeSceneTest {
  protected:
   static constexpr size_t kTiles = 4;
@@ -384,7 +384,7 @@ TEST_F(TiledSceneTest, KeepsWithinItsMemoryOrSaysWhatIsEnough) {
        {std::vector<std::string>{}, {"--target", "photo", "--gamma", "1.6"}}) {
     const json free = RunWithin(16000, edit, &err);
     ASSERT_TRUE(free.contains("peak_rss_mb")) << err;
-    // Much less than that first takes: it is refused, and what the line says is kept.
+    // Much less memory than the first stage takes: rejected, with the memory in the message.
     EXPECT_TRUE(RunWithin(150, edit, &err).is_null());
     const int most = Enough(err);
     const json within = RunWithin(most, edit, &err);
@@ -480,7 +480,7 @@ TEST_F(LargeSceneTest, RefusesWhatIsNotToBeHadInParts) {
   EXPECT_FALSE(std::filesystem::exists(temp_ / "out.ply"));
 }
 
-// While it is edited; what was at the output stays.
+// During the edit; an old output stays.
 TEST_F(LargeSceneTest, NoticesThatTheSplatChanges) {
   WriteFile(temp_ / "out.ply", "what was there");
   const std::string bytes = ReadFile(splat_);

@@ -150,7 +150,7 @@ TEST(SuggestVerb, RanksTheViewsThatAreNotPainted) {
     EXPECT_NE(views[i]["view"], TinyView());
     EXPECT_GE(views[i]["fraction"], 0);
     EXPECT_LE(views[i]["fraction"], 1);
-    // What is left to settle only shrinks, and the rest is in order.
+    // The part left to settle only shrinks, and the rest is in order.
     if (i != 0 && i != 3) {
       EXPECT_LE(views[i]["settles"], views[i - 1]["settles"]);
     }

@@ -124,7 +124,7 @@ std::vector<std::string> RefitOf(const fs::path& workspace, const fs::path& mask
           "--progress", "none"};
 }
 
-// Every photo under its name, however it was stored; what no mask touches is the original.
+// Every photo has its name, in any format; photos without masks are the originals.
 TEST(Photos, UntouchedPhotosAreLinksAndMissingOnesAreNamed) {
   const TempFolder temp;
   fs::copy(TinyWorkspace(), temp / "ws", fs::copy_options::recursive);
@@ -141,7 +141,7 @@ TEST(Photos, UntouchedPhotosAreLinksAndMissingOnesAreNamed) {
   fs::remove(temp / "ws/images" / names[1]);
   std::vector<std::string> arguments = RefitOf(temp / "ws", temp / "masks", temp.path());
   arguments.push_back("--invert-masks");
-  for (int again = 0; again < 2; ++again) {  // also over what it wrote
+  for (int again = 0; again < 2; ++again) {  // also over its own output
     const CommandResult result = RunRetint(arguments);
     ASSERT_EQ(result.code, 0) << result.err;
     EXPECT_THAT(result.err, HasSubstr((temp / "ws/images" / names[1]).string()));

@@ -37,7 +37,7 @@ std::vector<std::string> RecolorArguments(const TempFolder& temp) {
                (temp / "out.ply").string()});
 }
 
-// A picture of a view in which what the mask selects has other colors.
+// A picture of a view with other colors in the pixels of the mask.
 TEST(Recolor, TakesOverAPictureWithoutAMask) {
   TempFolder temp;
   Image picture = ReadImage(TinyWorkspace() / "images" / TinyView());
@@ -67,7 +67,7 @@ TEST(Recolor, TakesOverAPictureWithoutAMask) {
   EXPECT_THAT(masked.err, testing::Not(testing::HasSubstr("is measured inside the masks")));
 }
 
-// A report's edit, from any folder; what it measured is not measured again.
+// A report's edit, from any folder; its measured colors are not measured again.
 TEST(Recolor, SplitsLargeGaussiansFirst) {
   TempFolder temp;
   const std::string report = (temp / "report.json").string();
@@ -358,7 +358,7 @@ TEST(Recolor, StepsGoOnFromMasksOfAnotherTool) {
   EXPECT_GT(parsed["quality"]["train"]["psnr_inside_after"].get<double>(),
             parsed["quality"]["train"]["psnr_inside_before"].get<double>() + 8);
   EXPECT_GT(parsed["refit"]["changed_gaussians"], 0);
-  // What recolor measures on the paint is measured inside the masks here, which is said.
+  // Recolor measures on the paint; here, refit measures inside the masks and says so.
   EXPECT_THAT(result.err, testing::Not(testing::HasSubstr("measured inside the masks")));
   for (const std::string to : {"#3060ff", "#3060ff,from=#c8b478"}) {
     result = RunRetint({"evaluate", TinyWorkspace().string(), "--splat",
@@ -395,8 +395,8 @@ double MeanDifference(const Image8& a, const Image8& b, Of of) {
   return count == 0 ? 0 : sum / static_cast<double>(count);
 }
 
-// What a run with --save-stages made of all views, in levels: how far from the targets the object's
-// pixels were before (as photographed) and after, and how far from the photos the others are.
+// The results of --save-stages over all views, in levels: distance of the object's pixels from
+// their targets, before (photo) and after; distance of all others from the photos.
 struct Differences {
   double before = 0, after = 0, outside = 0;
 };

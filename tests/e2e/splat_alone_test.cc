@@ -61,7 +61,7 @@ TEST(SplatAlone, APaintedViewIsRecolored) {
   ASSERT_EQ(result.code, 0) << result.err;
   const Image after = ReadImage(temp / "after" / (view.name + ".png"));
   EXPECT_GT(MeanRedness(after, mask, true), MeanRedness(before, mask, true) + 0.2);
-  // What belongs to the object beyond the paint may change too; most of the picture does not.
+  // Parts of the object beyond the paint may change too; most of the picture does not.
   EXPECT_LT(MeanRedness(after, mask, false), MeanRedness(before, mask, false) + 0.1);
 }
 

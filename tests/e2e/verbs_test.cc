@@ -37,7 +37,7 @@ std::vector<std::string> With(const std::string& verb, const std::vector<std::st
   return arguments;
 }
 
-// What `retint --help` lists below "Subcommands:", one a line.
+// The list of `retint --help` below "Subcommands:", one name per line.
 std::vector<std::string> Verbs() {
   std::istringstream help(RunRetint({"-h"}).out);
   std::string line;
@@ -177,7 +177,7 @@ TEST(Verbs, InfoDoesWithoutPhotosAndWithoutASplat) {
   result = RunRetint({"info", temp.path().string()});
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, Not(HasSubstr("Gaussians")));
-  // Of what is compared, those with photos count.
+  // Only views with photos count as compared.
   fs::create_directories(temp / "images");
   fs::copy(TinyWorkspace() / "images" / TinyView(), temp / "images");
   result = RunRetint(

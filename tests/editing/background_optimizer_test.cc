@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Run these under the thread sanitizer: the job has no kernels, so what it finds is ours.
+// Run these under the thread sanitizer: the job has no kernels, so its findings are ours.
 #include "editing/background_optimizer.h"
 
 #include <atomic>
@@ -17,7 +17,7 @@ namespace {
 using State = BackgroundOptimizer::State;
 using namespace std::chrono_literals;
 
-// Waits for something that must come; false after 20 s, far beyond what any of it takes.
+// Waits for a certain event; false after 20 s, which is far too long for any of them.
 template <typename Condition>
 bool Eventually(Condition condition) {
   const auto end = std::chrono::steady_clock::now() + 20s;

@@ -13,7 +13,7 @@
 namespace retint {
 namespace {
 
-// Two regions of a scene, the second on what the first leaves out.
+// Two regions of a scene; the second is the rest of the first.
 class ColorPreviewTest : public testing::Test {
  protected:
   ColorPreviewTest() {
@@ -117,7 +117,7 @@ TEST_F(ColorPreviewTest, UsesArraysAgainForOtherSelections) {
   EXPECT_EQ(*preview.Compose(regions_, {}).sh, Expected());
 }
 
-// What is held stays as it is while others are made.
+// Pointers to earlier colors keep them while new ones are made.
 TEST_F(ColorPreviewTest, LeavesWhatIsHeldAlone) {
   ColorPreview preview = MakePreview();
   const ColorPreview::Colors held = preview.Compose(regions_, {});

@@ -163,7 +163,7 @@ TEST(Presets, TheDefaultIsTheDefault) {
               ThrowsMessage<OptionError>(HasSubstr("'magic' is not retint or paper")));
 }
 
-// Each of them from the paper, STAG 2025; what it does not speak of stays as it is.
+// All values are from the paper, STAG 2025. Values that it does not mention stay.
 TEST(Presets, ThePaperSetsWhatItPublished) {
   EXPECT_NO_THROW(PresetOptions("paper").Check());
   const EditOptions paper = PresetOptions("paper"), defaults;

@@ -215,7 +215,7 @@ TEST(EditSession, PaintShowsBeforeAFit) {
   ASSERT_FALSE(paint->gaussians.empty());
   const double whole = Compare(*session, scene, painted, plain).inside;
   EXPECT_GT(whole, 0.02);
-  // What the selection does not have stays, bit for bit.
+  // Gaussians outside the selection stay, bit for bit.
   for (size_t g = 0; g < scene.model.NumGaussians(); ++g) {
     if (scene.shares[g] > 0) continue;
     const size_t block = static_cast<size_t>(scene.model.NumShCoeffs()) * 3;
@@ -239,7 +239,7 @@ TEST(EditSession, PaintShowsBeforeAFit) {
   EXPECT_TRUE(SameBits(session->refits().CurrentSh(), plain));
 }
 
-// What is seen of a background fit starts with all of the preview.
+// The first visible result of a background fit has all of the preview.
 TEST(EditSession, TheFitOfPaintStartsFromWhatShows) {
   const TinyScene scene(8);
   const auto session = MakeSession(scene);
@@ -498,7 +498,7 @@ TEST(EditSession, MeasuresTheMainColorOfARegion) {
   EXPECT_EQ(measured.operations[0].Get("to")[2], 1);
   EXPECT_GE(measured.operations[0].Get("brightest")[0], 1);
   EXPECT_EQ(session->store().MeasureEdit(region, edit), measured);
-  // Measured after what comes before it in the list: gray here.
+  // Measured after the earlier operations of the list: gray here.
   edit.operations.insert(edit.operations.begin(), ColorOperation::Make(ColorOperationKind::kGray));
   session->store().Do(SetEdit{region, edit});
   const auto from = session->store().regions().Find(region)->edit.operations[1].Get("from");
@@ -506,7 +506,7 @@ TEST(EditSession, MeasuresTheMainColorOfARegion) {
   EXPECT_NEAR(from[0], from[1], 2e-3F);
   EXPECT_NEAR(from[1], from[2], 2e-3F);
   EXPECT_GT(from[0], 0.05F);
-  // What was given is not measured again.
+  // A named color is not measured again.
   session->store().Do(SetEdit{region, measured});
   EXPECT_EQ(session->store().regions().Find(region)->edit, measured);
 }

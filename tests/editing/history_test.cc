@@ -170,7 +170,7 @@ TEST(RegionSet, FitKeyTellsEverythingAFitDependsOn) {
   other.target = TargetKind::kPhoto;
   EXPECT_NE(state.FitKey(0, other), first_key);
   other = job;
-  other.options.region_cache_mb = 0;  // what is not kept has unrounded weights
+  other.options.region_cache_mb = 0;  // recomputed weights are not rounded
   EXPECT_NE(state.FitKey(0, other), first_key);
   other = job;
   other.options.adam.learning_rate = 1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pictures that were saved as JPEG or lossy WebP files: what the file does to them is no change,
-// and paint is.
+// Pictures that were saved as JPEG or lossy WebP files. The file's own errors do not count as a
+// change, but paint does.
 #include "editing/jpeg_noise.h"
 
 #include <algorithm>
@@ -38,7 +38,7 @@ Image Scene() {
   return image;
 }
 
-// The picture as a JPEG file of a quality holds it, and what was changed in it.
+// The picture as a JPEG file of some quality, and the changes in it.
 enum class Format { kJpeg, kWebp };
 
 void Save(const std::filesystem::path& file, const Image8& picture, int quality, Format format) {

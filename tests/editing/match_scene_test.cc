@@ -268,7 +268,7 @@ TEST_P(MatchCapture, ComesBack) {
           ->scene()
           .original();
   const auto intact = Open(workspace, truth), damaged = Open(workspace, Damaged(truth, Damage()));
-  // What the photos themselves say about the splat that was trained from them.
+  // The photos' own result for the splat that was trained from them.
   const ColorMatch of_truth = MatchScene(*intact, {}, monitor).colors;
   const SceneMatch match = MatchScene(*damaged, {}, monitor);
   ApplyMatch(*damaged, match.colors, {}, monitor);

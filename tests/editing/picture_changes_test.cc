@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What was painted on a picture: by differences that are known.
+// Paint on a picture, tested by known differences.
 #include "editing/picture_changes.h"
 #include "opening/picture_likeness.h"
 
@@ -80,7 +80,7 @@ TEST(PictureChanges, TheSameViewIsKnownByItsEdges) {
   EXPECT_LT(EdgeCorrelation(inverted, Scene(1.7)), 0.3);
 }
 
-// Inside a mask everything may be other; what is beside it tells.
+// Inside a mask everything may differ; the pixels beside it decide.
 TEST(PictureChanges, TheSameViewIsKnownBesideTheMask) {
   const Image view = Scene(0.3), other = Scene(1.7);
   Mask mask(kWidth, kHeight);
@@ -125,7 +125,7 @@ TEST(PictureChanges, SurroundingsGoAroundTheMask) {
   }
 }
 
-// A ring along the end goes, and a spot stays, whole, with what it has of the ring.
+// A ring along the end disappears. A spot stays, with its part of the ring.
 TEST(PictureChanges, AThinStripAlongTheEndIsNoPaint) {
   const Mask inside = Disk(40);
   const ScalarImage least(kWidth, kHeight, 2);
@@ -178,7 +178,7 @@ TEST(PictureChanges, WhatABrushTouchedBehindIsNotSelected) {
   EXPECT_EQ(lost, 0);
 }
 
-// Where the selection ends, the paint goes on; where the paint itself ends, it does not.
+// At the end of the selection, the paint goes on; at its own end, it does not.
 TEST(PictureChanges, PaintGoesOnBeyondTheSelection) {
   const Mask inside = Disk(40);
   ScalarImage difference(kWidth, kHeight);

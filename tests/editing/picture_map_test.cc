@@ -86,7 +86,7 @@ TEST(ComparePictures, FindsTheColorMapOfTheFoxAgain) {
   EXPECT_TRUE(op.picture->layers.empty());  // nothing is left that would have to be carried over
   const CompiledEdit found({{ColorOperation::Lut(op.table)}, 1});
   const Differences here = Compare(found, grade, before, mask);
-  // What was asked for; the picture's 8 bits alone make about 0.2.
+  // The requested tolerance; the picture's 8 bits alone cause about 0.2.
   EXPECT_GT(here.mean, 0);
   EXPECT_LT(here.mean, 1);
   EXPECT_LT(here.most, 1);
@@ -165,7 +165,7 @@ TEST(ComparePictures, APictureIsKnownBesideItsMask) {
   EXPECT_THROW(ComparePictures(op, {}, selection, *scene, scene->original().sh), InputError);
 }
 
-// Lettering is selected with what is beside it, and carried however small it is in the selection.
+// Lettering is selected with its surroundings, and carried at any size within the selection.
 TEST(ComparePictures, APaintedLineIsSelectedWithWhatIsBesideIt) {
   RETINT_REQUIRE_DATA("fox/splat.ply");
   const auto scene = OpenFox();
@@ -213,7 +213,7 @@ TEST(ComparePictures, APictureOfTheEditedViewHasNoChange) {
               ThrowsMessage<InputError>(HasSubstr("nothing was changed in this picture")));
 }
 
-// What was changed and is not taken over is not said to be unchanged.
+// A change that is not taken over is not reported as unchanged.
 TEST(ComparePictures, AChangeThatIsNotTakenOverIsSaidToBeOne) {
   RETINT_REQUIRE_DATA("fox/splat.ply");
   const auto scene = OpenFox();

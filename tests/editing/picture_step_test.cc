@@ -138,8 +138,8 @@ TEST_F(PictureStep, EarlierStepsAndRegionsAreInThePicture) {
   EXPECT_EQ(ChangedBeside(kFirst, before, Shown(1)), 0);
 }
 
-// The files of earlier pictures are not there any more, as after a session was opened again. What
-// another view's paint makes of this one is not painted here too.
+// The files of earlier pictures are gone, as after reopening a session. Another view's paint that
+// shows here is not painted here again.
 TEST_F(PictureStep, GoesOnWithoutTheEarlierPictures) {
   Paint(0, kFirst);
   const Image8 plain = ToImage8(session_->scene().Render(*At(1), session_->scene().original().sh));

@@ -35,7 +35,7 @@ inline std::map<std::string, Mask> MasksOf(const TinyScene& scene) {
   return masks;
 }
 
-// The rest of the picture: what is not in MasksOf.
+// The rest of the picture: the complement of MasksOf.
 inline std::map<std::string, Mask> OtherMasksOf(const TinyScene& scene) {
   auto masks = MasksOf(scene);
   for (auto& [name, mask] : masks) {

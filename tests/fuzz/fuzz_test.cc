@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every reader on files that are nearly right: it reads them, or says in one line what is wrong.
-// RETINT_FUZZ_RUNS in the environment asks for more runs than the few that fit a test.
+// Every reader on almost valid files: it reads them, or reports the fault in one line.
+// RETINT_FUZZ_RUNS in the environment sets more runs than the few of a test.
 #include <cstdlib>
 #include <random>
 

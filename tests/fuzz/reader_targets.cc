@@ -113,7 +113,7 @@ def Xform "World" (
   return seeds;
 }
 
-// What is read is written too: codecs patch the bytes of their source.
+// Every readable file is written too: codecs patch the bytes of their source.
 void ReadAnySplat(const fs::path& folder, const char* name) {
   const GaussianModel model = ReadSplat(folder / name);
   model.Validate();

@@ -15,7 +15,7 @@ namespace retint {
 struct FuzzTarget {
   const char* name;  // "spz"
   const char* file;  // the name that the reader sees, in a folder of its own
-  // Reads `folder`/`file`. What else the reader needs is in `folder`, put there by `prepare`.
+  // Reads `folder`/`file`. `prepare` has put the reader's other files into `folder`.
   void (*read)(const std::filesystem::path& folder);
   // Called once a folder; may be null.
   void (*prepare)(const std::filesystem::path& folder);
@@ -30,8 +30,8 @@ std::span<const FuzzTarget> ReaderTargets();
 // Of selections, edits, jobs and sessions.
 std::span<const FuzzTarget> SessionTargets();
 
-// Writes `bytes` as the target's file below `folder`, which was prepared, and reads it. Our own
-// errors are what bad bytes get; everything else comes through.
+// Writes `bytes` as the target's file below `folder`, which was prepared, and reads it. Bad bytes
+// get our own errors. All other exceptions reach the caller.
 void RunTarget(const FuzzTarget& target, const std::filesystem::path& folder,
                std::string_view bytes);
 

@@ -77,7 +77,7 @@ TEST_P(Memory, SaysWhatADeviceHasForTheProcess) {
   }
   constexpr size_t kBytes = size_t{64} << 20;
   const auto buffer = backend_->Allocate<uint8_t>(kBytes);
-  EXPECT_GE(backend_->AvailableDeviceBytes(), kBytes);  // what it holds is part of it
+  EXPECT_GE(backend_->AvailableDeviceBytes(), kBytes);  // its own memory is part of it
 }
 
 TEST_P(Memory, SaysWhetherItIsTheHosts) {

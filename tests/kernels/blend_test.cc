@@ -23,10 +23,10 @@ std::string NameOf(const Shape& shape) {
          std::to_string(shape.height) + (shape.compensate ? ", antialiased" : "");
 }
 
-// Float against double. Where no decision (alpha < 1/255, T < 1e-4, order) falls the other way,
-// only rounding is left: a centre near x = 1000 is known to 6e-5 px, and alpha changes by up to 0.6
-// a pixel. A flipped decision moves a pixel by a faint splat's weight: at most 0.1 % of the values
-// may be off by more than 1e-4, none by `flip`.
+// Float against double. If no decision (alpha < 1/255, T < 1e-4, order) differs, only rounding is
+// left. A center near x = 1000 is known to 6e-5 px, and alpha changes by up to 0.6 a pixel. A
+// different decision moves a pixel by a faint splat's weight. At most 0.1 % of the values may be
+// off by more than 1e-4, none by `flip`.
 void ExpectClose(const std::vector<float>& actual, const std::vector<double>& expected,
                  double scale, double flip) {
   ASSERT_EQ(actual.size(), expected.size());
@@ -294,7 +294,7 @@ TEST_P(BlendOp, PixelRowsWantedAreTheSameAlone) {
       transpose.residual = out_residual.data();
       transpose.channels = 3;
       transpose.result = sum.data();
-      // What was in memory before is no part of the sums, were it not even numbers.
+      // Earlier contents of the memory must not enter the sums, even if they are NaN.
       Guarded<float> no_numbers(*backend_, std::vector<float>(scene.pixels * 3, NAN));
       transpose.residual = no_numbers.data();
       backend_->blend().BlendTranspose(*scene.view, transpose);
@@ -342,9 +342,9 @@ void ExpectSame(const ViewGeometry& view, const std::vector<float>& exact,
   }
 }
 
-// Nothing that was still to come took a value over a limit: between them they are what they are
-// without, and beyond them they are beyond, also with what is behind. A tile may be taken to be as
-// its rows 0, 5, 10 and 15.
+// A limit ends a pixel only if nothing behind can bring its value back. Between limits, values
+// equal those without limits; beyond them, they stay beyond. A tile may be judged by its rows 0, 5,
+// 10 and 15.
 TEST_P(BlendOp, LimitsChangeNoValueBetweenThem) {
   constexpr float kLow = 0.25f, kHigh = 0.75f;
   for (const Shape& shape : kShapes) {
@@ -429,7 +429,7 @@ TEST_P(BlendOp, RowsThatDifferInTheLastBitsOfDepthAreSorted) {
   EXPECT_EQ(rows, sorted);
 }
 
-// Lists may be cut where no feature follows, but not where what covers it is asked for as well.
+// Lists may be cut behind the last feature, but not if coverage is requested too.
 TEST_P(BlendOp, SkipsWhatHasNoFeature) {
   const Scene scene = MakeScene({160, 90, 400});
   auto features = UniformVector(rng_, scene.rows.size(), 0, 1);
@@ -471,7 +471,7 @@ TEST_P(BlendOp, KeepsPixelsOutsideOnRequest) {
   }
 }
 
-// A wall of opaque splats ends every pixel; what lies behind must not show.
+// A wall of opaque splats ends every pixel; nothing behind it may show.
 TEST_P(BlendOp, StopsAtOpaqueSplats) {
   TestModel model = RandomModel(rng_, 64);
   const CameraParams camera = TestCamera(64, 64);

@@ -248,8 +248,8 @@ TEST(ColorOpsTest, SoftClipBringsEveryColorIn) {
   EXPECT_NEAR(0.2126f * saturated[0] + 0.7152f * saturated[1] + 0.0722f * saturated[2], luma, 1e-6);
 }
 
-// Every operation for several colors at a time as for one. A channel near black may be what is left
-// of large ones, and the encoding's slope there is 12.92: an error of 3e-7 grows a hundredfold.
+// Every operation for several colors at once, as for one. A channel near black may come from large
+// ones, and the encoding's slope is 12.92 there: an error of 3e-7 grows a hundredfold.
 TEST(EditColorsTest, EditsManyColorsAsItEditsOne) {
   constexpr size_t kColors = 20011;  // no whole vectors
   constexpr double kTolerance = 3e-5;

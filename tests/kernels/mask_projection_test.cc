@@ -29,7 +29,7 @@ std::vector<float> Repeated(std::vector<float> image, uint16_t rows) {
   return image;
 }
 
-// What a backend may leave in rows that are not wanted.
+// Garbage that a backend may leave in unwanted rows.
 std::vector<float> Spoiled(std::vector<float> image, uint16_t rows) {
   for (int y = 0; y < kHeight; ++y) {
     if (!IsWanted(rows, y)) std::fill_n(image.begin() + y * kWidth, kWidth, kNan);
@@ -59,7 +59,7 @@ Eigen::Vector3d Ray(const CameraParams& camera, int x, int y) {
 
 class MaskProjectionOp : public BackendTest {
  protected:
-  // A slanted plane, exact for what interpolates in 1/z.
+  // A slanted plane, exact for interpolation in 1/z.
   static double Plane(double x, double y) { return 1 / (0.2 + 0.001 * x - 0.0007 * y); }
   static std::vector<float> PlaneDepth() {
     std::vector<float> depth;
@@ -111,7 +111,7 @@ class MaskProjectionOp : public BackendTest {
   }
 };
 
-// What a point covers of a pixel, as mask_ops.h says; `hidden_by` is the depth there.
+// A point's coverage of a pixel, as in mask_ops.h; `hidden_by` is the depth there.
 double CoverageOf(const CameraParams& camera, const CloudPoint& point, float square, float scale,
                   int x, int y, double hidden_by) {
   const double limit = hidden_by > 0 ? hidden_by * (1 + double(0.02f)) : INFINITY;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every operation of a device backend against the CPU's, over the sizes that matter: a single
-// Gaussian to a million, a single pixel to a photo, every SH degree, 1, 3 and 8 channels, views
-// that see nothing. Skipped where there is no device.
+// Every operation of a device backend against the CPU's, at all sizes: a single Gaussian to a
+// million, a single pixel to a photo, every SH degree, 1, 3 and 8 channels, and views that see
+// nothing. Skipped without a device.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -335,8 +335,8 @@ TEST_P(Parity, RestrictsAndSums) {
     float min_weight;
     double tolerance;
   };
-  // Lists round as the whole view does; explicit weights are half floats, or 8 bits of the largest
-  // of each Gaussian in a tile, of which the smallest are left out.
+  // Lists round as the whole view does. Explicit weights are half floats, or 8 bits of each
+  // Gaussian's largest weight in a tile, without the smallest ones.
   for (const Kind& kind : {Kind{0, 0, kRounding}, Kind{size_t{1} << 32, 0, 5e-4},
                            Kind{size_t{1} << 32, 1e-3f, 2e-2}}) {
     SCOPED_TRACE(std::to_string(kind.budget) + " " + std::to_string(kind.min_weight));

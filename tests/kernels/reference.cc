@@ -40,7 +40,7 @@ std::optional<Projected> Project(const TestModel& model, const CameraParams& cam
       Map<const Eigen::Vector3f>(&model.log_scales[size_t(3 * g)]).cast<double>().array().exp();
   const Eigen::Matrix3d sigma =
       axes * scales.array().square().matrix().asDiagonal() * axes.transpose();
-  // What the picture shows, and 0.3 of half of it beyond its sides.
+  // Inside the picture, and 0.3 of half its size beyond its sides.
   const auto clamped = [](double slope, double focal, double principal, int size) {
     const double margin = 0.15 * size;
     return std::clamp(slope, -(principal + margin) / focal, (size - principal + margin) / focal);

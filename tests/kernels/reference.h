@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The method written down again in double precision, pixel by pixel, without tiles, vectors or
-// shared code: what the kernels are held against.
+// The method once more, in double precision, pixel by pixel, without tiles, vectors or shared code.
+// Tests compare the kernels with it.
 #pragma once
 
 #include <functional>

@@ -213,7 +213,7 @@ TEST_P(RefitOp, TargetsAndResiduals) {
   }
 }
 
-// One pass over a region's weights is what its three steps are.
+// One pass over a region's weights equals its three steps.
 TEST_P(RefitOp, SweepsAsInSteps) {
   const StayLoss kinds[] = {{}, {0.05f, 0.01f}};
   for (const auto& region : {region_, thin_, lists_}) {

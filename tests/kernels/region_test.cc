@@ -71,8 +71,8 @@ TEST_P(RegionOp, HoldsTheActiveRows) {
 }
 
 // Recomputed weights are the whole view's, so only the order of additions differs. Explicit ones
-// are rounded to 1 / 65535 of their entry's largest; a pixel's weights sum to at most 1, and a few
-// dozen entries each contribute at most half a step: 1e-3 is ample, 2e-4 is what is seen.
+// are rounded to 1 / 65535 of their entry's largest. The weights of a pixel sum to at most 1, and
+// each of a few dozen entries adds at most half a step: 1e-3 is ample, 2e-4 was measured.
 TEST_P(RegionOp, BlendsAsTheWholeView) {
   Make(200, 150, 2000, 0.1f);
   for (const size_t budget : {kNoBudget, kAmple}) {
@@ -128,7 +128,7 @@ TEST_P(RegionOp, VisitsOnlyTilesOfActiveGaussians) {
     EXPECT_LT(region->tiles().size(), all.size() / 2);
     EXPECT_TRUE(std::is_sorted(region->tiles().begin(), region->tiles().end()));
     for (const int32_t tile : region->tiles()) EXPECT_TRUE(all.count(tile));
-    // Pixels elsewhere keep what they had.
+    // Other pixels keep their values.
     const std::vector<float> features(size_t(region->num_rows()), 1.0f), before(pixels_, 7.0f);
     const std::set<int32_t> visited(region->tiles().begin(), region->tiles().end());
     for (const bool keep : {false, true}) {
@@ -210,8 +210,8 @@ TEST_P(RegionOp, KeepsWithinItsBudget) {
   EXPECT_EQ(Restrict(stored)->bytes(), stored);
 }
 
-// Compact weights lose what is below 1e-3, at most once an entry and pixel, and round the rest to
-// 1 / 255 of their entry's largest.
+// Compact weights drop values below 1e-3, at most one for each entry and pixel, and round the rest
+// to 1 / 255 of their entry's largest.
 TEST_P(RegionOp, CompactWeightsAreCloseAndSmall) {
   Make(200, 150, 2000, 0.1f);
   const auto exact = Restrict(kAmple);
@@ -238,7 +238,7 @@ TEST_P(RegionOp, CompactWeightsAreCloseAndSmall) {
   EXPECT_NEAR(forward, backward, 1e-4 * sum);
 }
 
-// What is left out below a coarse least weight goes to the pixel's others.
+// The weight that a coarse limit drops goes to the pixel's other Gaussians.
 TEST_P(RegionOp, CompactWeightsKeepAPixelsSum) {
   Make(200, 150, 20000, 0.5f);
   const auto exact = Restrict(kAmple);
@@ -278,7 +278,7 @@ TEST_P(RegionOp, CompactWeightsGiveUpRowsToFit) {
   }
 }
 
-// What Restrict() blends on its way is the whole view's blend in the region's tiles and rows.
+// Restrict() blends the whole view's picture in the region's tiles and rows.
 TEST_P(RegionOp, BlendsOnTheWay) {
   Make(200, 150, 20000, 0.5f);
   const auto colors = UniformVector(rng_, rows_.size() * 3, 0, 1);

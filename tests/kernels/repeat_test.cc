@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The same input gives the same bytes, however threads and blocks were scheduled: every operation
-// that sums what many of them bring runs three times, each time on a backend of its own. Also the
-// range of values over which the sums of a device are exact.
+// The same input gives the same bytes under any schedule of threads and blocks. Every operation
+// with sums of many terms runs three times, each time on its own backend. Also the range of values
+// for which the sums of a device are exact.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -29,7 +29,7 @@ class Repeat : public BackendTest {
   };
   static constexpr Kind kKinds[] = {{0, 0}, {size_t{1} << 32, 0}, {size_t{1} << 32, 1e-3f}};
 
-  // Many Gaussians a pixel and many pixels a Gaussian, so that what is summed comes from
+  // Many Gaussians a pixel and many pixels a Gaussian, so that sums have terms from
   // everywhere.
   Repeat() : host_(RandomModel(rng_, 20000)), camera_(TestCamera(203, 157)) {
     for (size_t g = 0; g < active_.size(); ++g) active_[g] = g % 4 == 0;

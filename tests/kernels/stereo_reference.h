@@ -9,8 +9,8 @@
 
 namespace retint {
 
-// The mean of the largest set of positive values within `tolerance`, of two as large the nearer
-// (larger); -1 where there is none.
+// The mean of the largest set of positive values within `tolerance`. Of two equally large sets, the
+// nearer (larger) one; -1 if there is none.
 double ReferenceFused(std::vector<double> values, double tolerance, bool nearest);
 
 struct ReferenceArbitration {

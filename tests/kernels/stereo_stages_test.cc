@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The stages of stereo after matching, on every backend: against their definitions in double
-// precision, and by what they are for.
+// precision, and by their purpose.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -270,7 +270,7 @@ TEST_P(OnASlant, RefinesByDefinition) {
     sum_before += std::fabs(double(start[i]) - truth);
     sum_after += std::fabs(double(found[i]) - truth);
   }
-  // The CPU samples at 32nds of a pixel; where there is little texture that moves a step more.
+  // The CPU samples at 32nds of a pixel. With little texture, that moves one more step.
   EXPECT_LE(worst, 0.2);
   EXPECT_LE(double(far), 0.02 * double(found.size()));
   EXPECT_LT(sum_after, 0.5 * sum_before);

@@ -38,9 +38,9 @@ CameraParams TestCamera(int width, int height);
 // transparent to opaque.
 TestModel RandomModel(std::mt19937& rng, int64_t count, int sh_degree = 1);
 
-// "cpu", "cpu-scalar" (the oracle of the SIMD loops), "cuda" where there is one.
+// "cpu", "cpu-scalar" (the oracle of the SIMD loops), and "cuda" if there is a device.
 std::vector<std::string> TestedBackends();
-// The same, and "cuda" also where there is none: its cases then show as skipped.
+// The same, and "cuda" even without a device: its cases are then reported as skipped.
 std::vector<std::string> AllBackends();
 std::shared_ptr<Backend> MakeBackend(const std::string& name);
 

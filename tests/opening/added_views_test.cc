@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where cameras are few, completion looks from more sides than they do.
+// With few cameras, completion looks from more sides than they do.
 #include <memory>
 #include <numbers>
 #include <numeric>

@@ -23,8 +23,8 @@ namespace {
 using Eigen::Vector3d;
 using ::testing::HasSubstr;
 
-// Coefficients as gradient descent from zero leaves them: the basis at the directions from which a
-// Gaussian was seen, times what the color was there.
+// Coefficients as after gradient descent from zero: the basis at the directions from which views
+// saw a Gaussian, times its color there.
 void TrainFrom(const std::vector<Vector3d>& eyes, GaussianModel& model, TestRandom& random) {
   const size_t block = size_t(model.NumShCoeffs()) * 3;
   for (size_t g = 0; g < model.NumGaussians(); ++g) {
@@ -123,8 +123,8 @@ TEST(SceneShape, DirectionalColorTellsWhereTheTrainingViewsWere) {
     back += TrainedShare(3, &model.sh[g * 48], -Vector3d::UnitZ());
   }
   EXPECT_GT(front / 40, 4);  // well above the mean of the sphere, which is 1
-  // The basis up to degree 3 at the opposite direction is a third of what it is at the direction,
-  // and enters squared; the directions and signs of 20 views spread that.
+  // The basis up to degree 3 at the opposite direction is a third of that at the direction, and its
+  // square counts. The directions and signs of 20 views spread that.
   EXPECT_LT(back, front / 3);
   EXPECT_EQ(TrainedShare(0, &model.sh[0], Vector3d::UnitZ()), 1);
 }
@@ -212,7 +212,7 @@ TEST(PlaceViews, AreKeptForTheSameGaussians) {
   model.sh[7] += 0.01F;
   place(model);
   EXPECT_EQ(steps, all);
-  // What is damaged, and what cannot be kept, is placed anew.
+  // Damaged views, and views that cannot be kept, are placed again.
   for (const auto& entry : std::filesystem::directory_iterator(cache.path())) {
     std::filesystem::resize_file(entry.path() / "images.bin", 30);
   }
@@ -283,7 +283,7 @@ TEST_F(SplatAlone, ViewsAreKeptInTheCache) {
   Open();
   const auto kept = std::filesystem::directory_iterator(folder_ / "cache")->path();
   EXPECT_THAT(kept.filename().string(), ::testing::StartsWith("views-"));
-  // What is found there is taken.
+  // Uses the views that it finds there.
   Reconstruction model = ReadReconstruction(kept);
   model.views.erase(model.views.begin());
   std::filesystem::remove(kept / "images.bin");

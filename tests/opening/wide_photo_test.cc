@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Paint on photos that take several pinhole views: the ball before the wall, photographed all
-// around from where there is nothing behind.
+// Paint on photos with several pinhole views: the ball before the wall, with nothing on the other
+// side.
 #include <memory>
 #include <string>
 
@@ -53,7 +53,7 @@ class WidePhoto : public testing::Test {
                                          options);
   }
 
-  // What the first photo shows of the ball.
+  // The ball in the first photo.
   Mask Ball() const {
     Mask mask(kWidth, kHeight);
     const CameraProjection projection(sphere_);
@@ -69,7 +69,7 @@ class WidePhoto : public testing::Test {
     }
     return mask;
   }
-  // A spot straight behind the camera, where there is nothing.
+  // A spot directly behind the camera, without any surface.
   static void PaintBehind(Mask* mask) {
     for (int y = kHeight / 2 - 6; y < kHeight / 2 + 6; ++y) {
       for (int x = 0; x < 8; ++x) (*mask)(x, y) = 255;
@@ -129,7 +129,7 @@ TEST_F(WidePhoto, AViewThatLooksAtNothingIsNoSignOfAnotherFrame) {
   EXPECT_EQ(check.mismatch, "");
 }
 
-// What the photos show beyond the splat, here white, says nothing about its frame.
+// Photos beyond the splat, here white, say nothing about its frame.
 TEST_F(WidePhoto, ASplatOfAPartOfTheSphereIsNoSignOfAnotherFrame) {
   const TempFolder folder;
   const auto check = [&](float brightness) {
@@ -203,7 +203,7 @@ TEST_F(WidePhoto, PicturesAreFoundByTheirNameAndTheirViews) {
   ASSERT_EQ(groups.size(), 3u);
   EXPECT_EQ(groups[0].name, first.name);
   EXPECT_EQ(groups[0].views, first.faces);
-  // Where the views are wanted, each is a picture.
+  // If views were requested, each is a picture.
   const Pictures views(session_->scene().workspace(), Pixels::kPinhole);
   EXPECT_EQ(views.Groups().size(), 18u);
   EXPECT_EQ(views.Find(first.name), nullptr);

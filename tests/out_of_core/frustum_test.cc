@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Nothing that a view draws may be culled; what it culls beside that only costs memory.
+// Nothing that a view draws may be culled. Culling too little only costs memory.
 #include "out_of_core/frustum.h"
 
 #include <cmath>

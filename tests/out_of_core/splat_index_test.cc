@@ -97,7 +97,7 @@ TEST_F(SplatIndexTest, HoldsEveryRecordOnceWithinItsBlocksBounds) {
   EXPECT_LT(side, 4);
 }
 
-// What does not fit into memory is sorted on disk.
+// Entries beyond the memory are sorted on disk.
 TEST_F(SplatIndexTest, IsTheSameWhateverTheMemory) {
   Write(30000);
   const PlyFile file(splat_);
@@ -158,7 +158,7 @@ TEST_F(SplatIndexTest, SortsInAFileWithoutAName) {
   const std::vector<std::string> seen = names.Take();
   EXPECT_THAT(seen, Contains("a.ply.index"));
   EXPECT_THAT(seen, Not(Contains(StartsWith(".retint-index-"))));
-  // That its entries went into a file: where none can be written, they cannot be sorted.
+  // Its entries went into a file: without files, they cannot be sorted.
   const FileSizeLimit limit(10'000);
   EXPECT_THAT([&] { SplatIndex::Build(file, index_, options, monitor_); },
               ThrowsMessage<RunError>(HasSubstr("temporary file")));

@@ -30,7 +30,7 @@ EditSize SomeEdit(bool on_device) {
   return size;
 }
 
-// What `more` takes on each side beyond `size`.
+// The memory of `more` on each side, beyond `size`.
 MemoryBytes Added(const EditSize& size, const EditSize& more) {
   return {HostBytesOf(more) - HostBytesOf(size), DeviceBytesOf(more) - DeviceBytesOf(size)};
 }
@@ -54,7 +54,7 @@ TEST(EditMemory, AModelIsTwiceOnTheHostOrOnceOnEitherSide) {
   }
 }
 
-// Where a splat is in memory whole, its output is written from a second model.
+// If a splat is in memory as a whole, its output is written from a second model.
 TEST(EditMemory, ACopyOfAWholeModelCountsOnTheHostOfADevice) {
   EditSize size = SomeEdit(true);
   EditSize whole = size;
@@ -84,7 +84,7 @@ TEST(EditMemory, AViewsGeometryAndSurfacesOnADeviceCountThere) {
   size.active = 0;
   EditSize more = size;
   more.most_visible += kMillion;
-  constexpr size_t kRow = 2 * sizeof(int32_t);  // what the host learns of each
+  constexpr size_t kRow = 2 * sizeof(int32_t);  // the host's values for each
   EXPECT_LE(Added(size, more).host, 2 * kRow * kMillion);
   EXPECT_GT(Added(size, more).device, kRow * kMillion);
   size.on_device = more.on_device = false;
@@ -162,7 +162,7 @@ TEST(MemoryLimits, CachesTakeAThirdOfWhatIsLeft) {
   EXPECT_EQ(beside(MemorySide::kHost, 74), 2 * kMiB);
 }
 
-// What a fit keeps of its views has fragments between as all else has.
+// Memory that a fit keeps of its views has fragments in between, as all memory does.
 TEST(EditMemory, WhatAFitKeepsTakesMoreThanItAsksFor) {
   const TinyWorld world = TinyWorld::Make(3, 0, 0, 1);
   const auto session = TinySession(world);
@@ -208,7 +208,7 @@ TEST(MemoryLimits, ARefusalNeverAsksForMoreThanTheDeviceHas) {
   EXPECT_TRUE(LimitsMb(50, 0, 1223).Hold(more));
 }
 
-// By what the device has where no limit is given; its caches are not the host's.
+// Without a limit, by the memory of the device; the host has other caches.
 TEST(IsTooLarge, CountsCachesWhereTheyLie) {
   const TempFolder folder;
   WriteSplat(folder / "a.ply", RandomScene(100, 3));

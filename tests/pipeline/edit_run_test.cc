@@ -120,7 +120,7 @@ TEST_F(PictureJob, ItsSessionGoesOnFromTheFinerSplat) {
       SameBits(opened.session->refits().CurrentSh(), opened.session->scene().original().sh));
 }
 
-// What COLMAP measured is in no key, so neither is what starts from the colors of such a region.
+// Keys do not contain COLMAP's depth, nor results that start from such a region's colors.
 TEST_F(PictureJob, FitsAgainAfterARegionOfDepthMaps) {
   RegionRecipe measured;
   measured.name = "measured";

@@ -53,7 +53,7 @@ class JobFile : public testing::Test {
     EXPECT_NE(at, std::string::npos) << from;
     return text.replace(at, from.size(), to);
   }
-  // What is said about a text that is refused, without the folder.
+  // The message about a rejected text, without the folder.
   std::string Fault(const std::string& text) {
     try {
       Read(text);
@@ -203,7 +203,7 @@ TEST_F(JobFile, TextThatIsNotJsonIsToldWithItsLine) {
               HasSubstr("job.json:18: regions[1].name comes twice"));
   EXPECT_THAT(Fault(""), HasSubstr("is cut off"));
   EXPECT_THAT(Fault("[]"), HasSubstr("is not an object"));
-  // The name of what is below holds the names of all that it is in.
+  // A nested value's name contains the names of all its parents.
   EXPECT_THAT(Fault(std::string(2000, '[')), HasSubstr("job.json:1: is nested too deeply"));
   EXPECT_THAT(Fault("{\"" + std::string(10000, 'k') + "\": 1}"),
               HasSubstr("job.json:1: has a key that is too long"));

@@ -23,7 +23,7 @@ FloatArray FitSh(TinyScene& scene, const RefitOptions& options, RefitSummary* su
 // Directional derivatives of the whole loss, through the box targets, blending, SSIM and SH.
 TEST(AdamTest, GradientMatchesCentralDifferences) {
   TinyScene scene(31);
-  for (float& value : scene.model.sh) value *= 0.4f;  // off the clamp, where there is no gradient
+  for (float& value : scene.model.sh) value *= 0.4f;  // away from the clamp, whose gradient is 0
   Renderer renderer = scene.MakeRenderer();
   Monitor monitor;
   RefitOptions options;

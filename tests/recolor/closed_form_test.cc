@@ -92,13 +92,13 @@ TEST(ClosedFormTest, AppliesAnyEditToColorsInAllDirections) {
       const Image after = RenderSh(model, sh, view);
       const size_t middle = 3 * (24 * 64 + 32);
       const Eigen::Map<const Eigen::Vector3f> old(&before.data[middle]);
-      // Opaque but for 1 / (1 + e^6) there; the color itself is what is edited.
+      // Opaque except for 1 / (1 + e^6); the edit is of the color itself.
       const float alpha = 1 / (1 + std::exp(-6.0f));
       const Eigen::Vector3f color = old / alpha;
       const Eigen::Vector3f wanted = alpha * edit.Apply(color, 0.8f);
       for (int c = 0; c < 3; ++c) {
-        // One color in all directions is hit but for rounding; of a color that moves by a few
-        // percent about the sphere, the harmonics of degree 3 miss the third order and above.
+        // A uniform color is exact up to rounding. If a color varies by a few percent over the
+        // sphere, harmonics of degree 3 miss the third order and above.
         EXPECT_NEAR(after.data[middle + size_t(c)], wanted[c], view_dependent ? 0.02f : 5e-4f);
         EXPECT_GT(std::abs(wanted[c] - old[c]), 0.0f);
       }

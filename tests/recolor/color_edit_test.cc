@@ -199,8 +199,8 @@ TEST(ColorEditTest, RecolorKeepsShadingAndHighlights) {
   EXPECT_LT(Chroma(highlight), 0.05f);
 }
 
-// Where the new color leaves the gamut, shading still shows, in the same hue.
-// What is lit four times as much as the main color is lighter, and no less blue than a screen
+// If the new color leaves the gamut, shading still shows, in the same hue. A pixel with
+// four times the light of the main color becomes lighter, but no less blue than a screen
 // shows.
 TEST(ColorEditTest, RecolorOfWhatIsBrightKeepsTheHue) {
   const Vector3f gray(0.4f, 0.4f, 0.4f), blue(0.19f, 0.38f, 1);
@@ -230,8 +230,8 @@ TEST(ColorEditTest, RecolorStaysInTheGamutAndKeepsVariation) {
   }
 }
 
-// Where white hardly differs from the main color, a paler and a darker pattern stay a pattern, and
-// only what outshines the surface stays white.
+// If white is close to the main color, a paler and a darker pattern stay a pattern. Only pixels
+// brighter than the surface stay white.
 TEST(ColorEditTest, RecolorTakesPalePatternsForTheSurface) {
   const Vector3f cream(0.75f, 0.7f, 0.62f), blue(0.1f, 0.2f, 0.6f);
   const CompiledEdit edit(Edit({Recolor(cream, blue)}));
@@ -303,7 +303,7 @@ TEST(ColorEditTest, ColorsCanBeLeftOutOfRange) {
   EXPECT_GT(CompiledEdit(exposed, OutOfRange::kLeft).Apply(color).maxCoeff(), 1.5f);
 }
 
-// What a surface of one color becomes in more and more light.
+// The new colors of a uniform surface in more and more light.
 std::vector<Vector3f> InMoreLight(const Vector3f& from, const ColorEdit& edit) {
   const CompiledEdit compiled(edit);
   std::vector<Vector3f> colors;

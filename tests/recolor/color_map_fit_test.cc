@@ -87,7 +87,7 @@ TEST(ColorMapFitTest, GoesOnSteadilyBeyondWhatWasSeen) {
   // A hundred pairs against a stiffness of 0.3.
   EXPECT_LT((Looked(table, seen) - becomes).norm(), 0.01f);
   for (const float value : table.values) EXPECT_TRUE(value >= 0 && value <= 1);
-  // What goes on from one color is at most that color's change.
+  // An extrapolation from one color changes at most as that color does.
   const Vector3f far(0.1f, 0.6f, 0.9f);
   EXPECT_LT((Looked(table, far) - far).norm(), (becomes - seen).norm() + 0.01f);
 }

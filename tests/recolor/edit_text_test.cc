@@ -285,7 +285,7 @@ TEST(EditJsonTest, NamesThatAreNotUtf8ComeBack) {
     EXPECT_TRUE(nlohmann::json::accept(text));
     EXPECT_EQ(EditFromJson(text, ""), edit);
   }
-  // A name that a person wrote is taken as it is where there is such a file.
+  // A typed name is used as it is if such a file exists.
   std::ofstream(temp / "a%20b.png") << "there";
   const ColorEdit by_hand = EditFromJson(
       R"({"operations": [{"op": "picture", "pictures": [{"view": "v", "file": "a%20b.png"}]}]})",

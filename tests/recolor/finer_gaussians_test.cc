@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Gaussians that are split look as they did, and show what they could not show before.
+// Split Gaussians look the same, and can show finer detail.
 #include "recolor/finer_gaussians.h"
 
 #include <cmath>

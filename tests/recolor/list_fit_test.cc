@@ -61,8 +61,8 @@ TEST(ListFitTest, EveryOperationIsFitted) {
     const ColorEdit edit{{operation}, 1};
     const QualityNumbers numbers = Fit(scene, edit, RefitOptions());
     const std::string name = TypeOf(operation.kind).name;
-    // Small Gaussians of random colors overlap in every pixel, so that the edit of a blend is not
-    // the blend of edits: the fit removes most of the error, not all.
+    // Small Gaussians of random colors overlap in every pixel, so an edit of a blend is not a blend
+    // of edits. The fit removes most of the error, not all.
     EXPECT_GT(numbers.psnr_inside_after, numbers.psnr_inside_before + 6) << name;
     EXPECT_GT(numbers.psnr_inside_after, 26) << name;
   }

@@ -196,7 +196,7 @@ TEST_F(LutTest, RefusesDamageInOneLine) {
     EXPECT_EQ(fault.rfind(path.string() + ": ", 0), 0u) << path << " gave '" << fault << "'";
     EXPECT_NE(fault.find(expected), std::string::npos) << fault;
     EXPECT_EQ(fault.find('\n'), std::string::npos) << fault;
-    EXPECT_EQ(fault.find("formats"), std::string::npos) << fault;  // what OpenColorIO tried
+    EXPECT_EQ(fault.find("formats"), std::string::npos) << fault;  // the attempts of OpenColorIO
     EXPECT_LT(fault.size(), path.string().size() + 250) << fault;
   }
 }

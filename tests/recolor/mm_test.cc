@@ -163,8 +163,8 @@ TEST(MmTest, AgreesWithAndWithoutKeptRegions) {
   Refit(scene, edit, options, &kept);
   options.region_cache_mb = 0;
   Refit(scene, edit, options, &streamed);
-  // Kept weights are rounded to 8 bits and cut off at 1e-3, so that single coefficients of
-  // Gaussians that hardly show may differ; the mean over the active ones may not.
+  // Kept weights are rounded to 8 bits and cut off at 1e-3. So single coefficients of faint
+  // Gaussians may differ, but not the mean over active ones.
   double difference = 0, change = 0;
   for (size_t i = 0; i < kept.size(); ++i) {
     difference += std::abs(double(kept[i]) - double(streamed[i]));
@@ -195,12 +195,12 @@ TEST(MmTest, OutsideWeightTradesOutsideForInside) {
   }
 }
 
-// What is to stay costs its size, too: less of it changes, and what is to change changes as well.
+// Changes outside cost their size too: fewer Gaussians change there, and inside they still do.
 TEST(MmTest, LeavesMoreUnchangedByTheSizeOfChanges) {
   TinyScene scene(31);
   for (float& value : scene.model.sh) value *= 0.4f;
   for (Mask& mask : scene.masks) {
-    for (uint8_t& m : mask.data) m = m > 127 ? 255 : 0;  // so that what is edited shows outside
+    for (uint8_t& m : mask.data) m = m > 127 ? 255 : 0;  // so that the edit shows outside
   }
   const ColorEdit edit = ColorEdit::Tint({0.4f, 0.8f, 1.2f});
   double outside[2], inside[2];
@@ -252,8 +252,8 @@ TEST(MmTest, IsDeterministic) {
 TEST(MmTest, EndsNoWorseThanItStartedOnTheClamp) {
   TinyScene scene(27);
   scene.FillMasks(255);
-  // Of the first error so much is left, after 200 sweeps as after these twelve. Steps that do not
-  // keep what they report leave 8e-5 more, or 0.02.
+  // The part of the first error that is left, after 200 sweeps as after these twelve. Steps that do
+  // not keep their reported values leave 8e-5 more, or 0.02.
   const std::pair<Eigen::Vector3f, double> cases[] = {{{0, 1, 0.3f}, 0.99523},
                                                       {{3, 0, 0.1f}, 0.968}};
   for (const auto& [tint, most] : cases) {
@@ -281,7 +281,7 @@ TEST(MmTest, ReportsOnlyWhatRendersShowOnTheClamp) {
   }
 }
 
-// What is to stay counts by its square for five sweeps, and by its size from the sixth on.
+// Changes outside count by their square for five sweeps, and by their size from the sixth on.
 TEST(MmTest, CountsTheSizeOfChangesFromTheSixthSweepOn) {
   TinyScene scene(31);
   for (float& value : scene.model.sh) value *= 0.4f;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Paint on one view of a plane, against what the other views must then show, which is known, and
-// what shows of it before a fit.
+// Paint on one view of a plane, compared with the known result in the other views, and its
+// visibility before a fit.
 #include "recolor/paint_carrier.h"
 
 #include <algorithm>
@@ -172,7 +172,7 @@ void ExpectStripesInPlace(Scene& scene) {
     }
   }
   ASSERT_GT(count, 1000);
-  // Paint by the mean depth, which what shines through moves, has 29 dB.
+  // Paint at the mean depth has 29 dB, because surfaces behind it move that depth.
   EXPECT_GT(-10 * std::log10(squares / count), 33);
   int edges = 0;
   for (int y = kHeight / 2 - 20; y <= kHeight / 2 + 20; y += 10) {
@@ -189,7 +189,7 @@ TEST(PaintCarrierTest, StripesLieWhereTheyAreInTheOtherView) {
   ExpectStripesInPlace(scene);
 }
 
-// A surface lets a little of what lies behind it through. That must not move its paint.
+// A surface lets a little of the light behind it through. That must not move its paint.
 TEST(PaintCarrierTest, WhatShinesThroughDoesNotMoveThePaint) {
   Scene scene({{1.0, 0, {0.5f, 0.5f, 0.5f}, 3}, {3.0, 6.0, {0.5f, 0.5f, 0.5f}}});
   ExpectStripesInPlace(scene);
@@ -269,8 +269,8 @@ TEST(PaintCarrierTest, ThePaintedViewShowsItsPicture) {
   }
 }
 
-// What no screen shows is what a pixel's own edit makes of it: paint covers what was made too
-// bright before it, and is made too bright by what follows.
+// The pixel's own edit decides which colors leave the gamut. Paint covers colors that were too
+// bright before it, and later operations can make it too bright.
 TEST(PaintCarrierTest, TellsWhichColorsLeaveTheGamut) {
   Scene scene({{1.0, 0, {0.5f, 0.5f, 0.5f}}});
   const PosedCamera painted = CameraAt(0.0);
@@ -308,7 +308,7 @@ Mask SquareMask(const PosedCamera& view, double half) {
   return mask;
 }
 
-// Where the selection ends, the depth is often that of what lies behind.
+// At the end of the selection, the depth is often that of the surface behind.
 TEST(PaintCarrierTest, PaintReachesTheEndOfTheSelection) {
   Scene scene({{1.0, 0, {0.5f, 0.5f, 0.5f}}, {3.0, 2.0, {0.5f, 0.5f, 0.5f}}});
   const PosedCamera painted = CameraAt(0.0), other = CameraAt(0.3);
@@ -379,7 +379,7 @@ TEST(PaintCarrierTest, TheFitShowsThePaint) {
   refitter.Run(monitor);
   scene.renderer.SetSh(refitter.Sh());
   const Image after = scene.renderer.Render(CameraAt(0.3)).rgb;
-  // Well inside each half; what is left is the sweeps' rest.
+  // Well inside each half; the tolerance is the sweeps' remaining error.
   EXPECT_NEAR(after(55, 60, 0), red[0], 0.05f);
   EXPECT_NEAR(after(55, 60, 1), red[1], 0.05f);
   EXPECT_NEAR(after(105, 60, 0), 0.5f, 0.05f);
@@ -438,9 +438,9 @@ TEST(GaussianPaintTest, WhatShowsBeforeTheFitIsNearToIt) {
   scene.renderer.SetSh(scene.model.sh);
   refitter.Run(monitor);
   const Image fitted = shown(refitter.Sh());
-  // The stripes are 19 pixels wide. A Gaussian that is 1.3 pixels wide takes the mean of what it
-  // covers in the painted view, and shows a pixel and a half beside that where others hide another
-  // side of it: at the edges of the stripes the preview is off by up to a third of the change.
+  // The stripes are 19 pixels wide. A Gaussian of 1.3 pixels takes the mean of its pixels in the
+  // painted view. Where others hide one side of it, it shows up to a pixel and a half aside. At the
+  // edges of the stripes, the preview is off by up to a third of the change.
   const Mask mask = InsideMask(other);
   EXPECT_GT(Apart(before, fitted, mask), 0.15);
   EXPECT_LT(Apart(now, fitted, mask), 0.5 * Apart(before, fitted, mask));

@@ -163,7 +163,7 @@ const Vector3f kStays = Vector3f::Constant(kUnset);
 TEST(PaletteEditTest, MovesTheColorsAndKeepsTheOthers) {
   const Vector3f red(0.8f, 0.1f, 0.1f);
   const CompiledEdit edit({{Palette({{kYellow, red}, {kBlue, kStays}, {kGreen, kStays}})}, 1});
-  // At a main color the others weigh some 1e-7; what remains is float's rounding through OKLab.
+  // At a main color, the others weigh about 1e-7. The rest is float rounding through OKLab.
   ExpectColor(edit.Apply(kYellow), red, 1e-4f);
   ExpectColor(edit.Apply(kBlue), kBlue, 1e-4f);
   ExpectColor(edit.Apply(kGreen), kGreen, 1e-4f);
@@ -214,7 +214,7 @@ TEST(PaletteEditTest, BlackThatGetsLightLeavesOtherColorsTheirs) {
       last = lightness;
     }
   }
-  // A dark gray, half as bright as what it gets, keeps its contrast: this is a matter of black.
+  // Half the light of a dark gray stays half the light of its new color: black stays black.
   const Vector3f dark = Vector3f::Constant(0.2f);
   const CompiledEdit edit({{Palette({{dark, Vector3f::Constant(0.45f)}})}, 1});
   EXPECT_NEAR(
@@ -260,10 +260,10 @@ float Magnifies(const ColorOperation& palette, const std::vector<float>& pixels)
   return *at;
 }
 
-// What a fit can follow: colors that hardly differ stay alike where a measured palette is edited.
+// A fit can follow this: almost equal colors stay alike after an edit of a measured palette.
 TEST(PaletteEditTest, AMeasuredPaletteMagnifiesNoSmallDifference) {
   const Vector3f tan(0.74f, 0.62f, 0.42f), blue(0.19f, 0.38f, 1);
-  std::vector<float> pixels;  // fur, and what is painted on it
+  std::vector<float> pixels;  // fur, and the paint on it
   AddShaded(pixels, tan, 1500);
   AddShaded(pixels, {0.80f, 0.76f, 0.66f}, 700);
   AddShaded(pixels, {0.61f, 0.42f, 0.24f}, 500);
@@ -277,7 +277,7 @@ TEST(PaletteEditTest, AMeasuredPaletteMagnifiesNoSmallDifference) {
   EXPECT_EQ(measured.values.size(), 2 * kPairValues);
   const float factor = Magnifies(measured, pixels);
   EXPECT_LT(factor, 1.8f);
-  // Where the shades of the fur are colors of their own, small differences grow more.
+  // If shades of the fur are palette colors, small differences grow more.
   const auto split =
       Palette({{tan, blue}, {{0.80f, 0.76f, 0.66f}, kStays}, {{0.61f, 0.42f, 0.24f}, kStays}});
   EXPECT_GT(Magnifies(split, pixels), 1.3f * factor) << factor;

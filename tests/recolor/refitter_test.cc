@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What holds for both solvers: what is active, what stays, cancelling, bad input.
+// Properties of both solvers: active and unchanged parts, cancelling, bad input.
 #include <algorithm>
 #include <cstring>
 #include <limits>
@@ -100,9 +100,9 @@ TEST_P(RefitterTest, IdentityTintIsAnUndo) {
     EXPECT_TRUE(summary.converged);
     return;
   }
-  // adam's targets are rounded to 16 bits and it steps by the sign of what is left, by at most the
-  // learning rate (2.5e-4) each of the six times; its first steps may be up to 1 / (1 - beta1) **
-  // 0.5 times longer.
+  // adam rounds its targets to 16 bits. Each of its six steps goes by the sign of the remaining
+  // error and is at most the learning rate (2.5e-4). Its first steps may be up to 1 / (1 - beta1)
+  // ** 0.5 times longer.
   float largest = 0;
   for (size_t i = 0; i < sh.size(); ++i) {
     largest = std::max(largest, std::abs(sh[i] - scene_.model.sh[i]));
@@ -154,7 +154,7 @@ TEST_P(RefitterTest, PhotosPullTowardsThemselves) {
   EXPECT_LT(error(refitter->Sh()), 0.5 * error(scene_.model.sh));
 }
 
-// What shows between the Gaussians is not theirs to become.
+// Gaussians are not fitted to the background between them.
 TEST_P(RefitterTest, TheBackgroundOfPhotosIsNotFitted) {
   Renderer renderer = scene_.MakeRenderer({.background = {1, 0.9f, 0.8f}});
   for (const PosedCamera& camera : scene_.cameras) {

@@ -32,7 +32,7 @@ TEST(Reference, FoxAgreesWithTheOriginalRasterizer) {
       squares += (ours - reference.data[i]) * (ours - reference.data[i]);
     }
     const double psnr = 10 * std::log10(255.0 * 255.0 * double(image.data.size()) / squares);
-    // What is left is rounding: colours half-way between two levels, pairs at the 1/255 threshold.
+    // Only rounding is left: colors half-way between two levels, pairs at the 1/255 threshold.
     EXPECT_GE(psnr, 50) << name;
     RecordProperty("psnr_" + name, std::to_string(psnr));
     ++views;

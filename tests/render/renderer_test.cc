@@ -168,7 +168,7 @@ TEST(Renderer, APartOfAPictureIsWhatItIsInTheWhole) {
     }
   }
   EXPECT_GT(largest, 0.5f);
-  // Gaussians far beyond a side are clamped at another slope; what reaches the picture is faint.
+  // Gaussians far beyond a side are clamped at another slope. Their part in the picture is faint.
   EXPECT_LT(most, 0.01f);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What several processes put together is what one finds that works on all views in their order.
+// Several processes together find the same as one that works on all views in order.
 #include "render/view_reducer.h"
 
 #include <algorithm>

@@ -203,7 +203,7 @@ TEST(HtmlReport, TwoHundredViewsStayBelowTenMegabytes) {
   const std::string page = HtmlReport(session, MakeReport(session), {}, monitor);
   EXPECT_EQ(Count(page, "Before and after of "), 200);
   EXPECT_LE(page.size(), 10'000'000u);
-  // The pictures fill what there is, or this would show nothing.
+  // The pictures fill the limit; otherwise this would test nothing.
   EXPECT_GE(page.size(), 3'000'000u);
 }
 

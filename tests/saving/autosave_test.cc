@@ -155,8 +155,8 @@ TEST_F(AutosaveTest, AFailureIsReportedAndTheNextWriteTriesAgain) {
   EXPECT_TRUE(SameBits(LoadSh(autosave.folder()), session_->refits().CurrentSh()));
 }
 
-// A child that edits and autosaves without end is killed at some moment; what it had accepted last
-// or the state before it must be there, whole.
+// A child edits and autosaves in an endless loop, and is killed at some moment. Its last accepted
+// state, or the one before, must be there, complete.
 TEST_F(AutosaveTest, SurvivesKillMinusNine) {
   EditTinyScene(scene_, *session_);
   const GaussianModel& model = session_->scene().original();

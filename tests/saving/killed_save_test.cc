@@ -138,8 +138,8 @@ TEST(KilledOutputs, AreWholeOneByOne) {
       });
 }
 
-// The moment of the final renames, which no timer hits: killed before each of them, there are the
-// files before it, new, and the others, old; the next run puts all in place and leaves nothing
+// The moment of the final renames, which no timer hits. If it is killed before each of them,
+// earlier files are new, and the others old. The next run puts all in place and leaves nothing
 // else.
 TEST(KilledOutputs, BetweenTheFinalRenames) {
   TempFolder folder;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Sessions whose files were cut, changed or forged: what is derived is made again, all else
-// refused.
+// Sessions with truncated, changed or forged files. Derived data is computed again, other damage is
+// rejected.
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -28,7 +28,7 @@ void Flip(const fs::path& path) {
   WriteFile(path, bytes);
 }
 
-// `told`: what is said of the part whose bytes are cut, added to, changed, gone.
+// `told`: the message about the part whose bytes are cut, extended, changed or gone.
 template <typename Told>
 void ExpectEachDamage(const fs::path& part, const Told& told) {
   const std::string bytes = ReadFile(part);
@@ -95,7 +95,7 @@ TEST_F(SessionDamage, MakesWhatIsDamagedOfASelectionAgain) {
   Monitor monitor;
   const auto by_masks = opened_without({shares});
   EXPECT_EQ(by_masks->shares, session_->store().SharesOf(whole.masks, monitor));
-  // The paint itself, and elsewhere what the shares show.
+  // The paint itself, and the rendered shares elsewhere.
   EXPECT_EQ(opened_without({painted})->masks.at(ViewName(0)).data, scene_.masks[0].data);
   EXPECT_EQ(opened_without({mask})->masks.at("view2").data,
             session_->selection().SeenFrom(whole, scene_.cameras[2]).data);

@@ -212,7 +212,7 @@ TEST_F(SessionFile, SavingAgainWritesOnlyWhatIsNew) {
   writer.Write(snapshot, monitor);
   EXPECT_EQ(writer.parts_written(), 0);
   EXPECT_TRUE(SameBits(Load().session->refits().CurrentSh(), session_->refits().CurrentSh()));
-  // What is not needed any more goes.
+  // Unused files are removed.
   session_->store().Do(RemoveRegion{1});
   snapshot.regions = session_->store().regions();
   snapshot.draft = nullptr;
@@ -403,7 +403,7 @@ TEST_F(SessionFile, SaysWhyItsFolderCannotBeMade) {
     ADD_FAILURE() << "there is no such folder";
   } catch (const RunError& error) {
     EXPECT_THAT(error.what(), HasSubstr("new.retint"));
-    // Not what became of the file, whose folder was not there.
+    // The first fault, not its consequence, a missing file.
     EXPECT_THAT(error.what(), Not(HasSubstr("No such file")));
   }
 }
@@ -473,7 +473,7 @@ TEST_F(SessionFile, AReaderSeesOneSessionOrTheOther) {
   EXPECT_GT(seen_one + seen_two, 0);
 }
 
-// What the scene's own files have to tell is no reason to read a session again.
+// Notes about the scene's own files are no reason to read a session again.
 TEST_F(SessionFile, OneThatIsWholeIsReadOnce) {
   const fs::path splat = folder_ / "ws" / "splat.ply";
   std::ofstream(splat, std::ios::app) << "xyz";

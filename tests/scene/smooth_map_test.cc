@@ -17,7 +17,7 @@ constexpr double kTolerance = 1e-3;
 using Find = std::optional<Eigen::Vector2d> (*)(double x, double y);
 
 struct Result {
-  std::vector<Eigen::Vector2d> values;  // where there is none, as they were
+  std::vector<Eigen::Vector2d> values;  // no value: unchanged
   std::vector<int> writes;
   int computed = 0;
 };

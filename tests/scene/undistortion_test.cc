@@ -94,7 +94,7 @@ TEST(UndistortionTest, ASphereTakesAWholeCube) {
   const Undistortion lens = Undistort(photo);
   EXPECT_EQ(lens.faces.size(), 6u);
   ExpectCovered(photo, lens);
-  // Right of the middle lies what the right face looks at.
+  // The right face looks to the right of the middle.
   Eigen::Vector2d pixel;
   const int right = BestFace(lens, Eigen::Vector3d(1, 0.1, 0), &pixel);
   EXPECT_EQ(lens.faces[size_t(right)].name, "right");
@@ -114,7 +114,7 @@ TEST(UndistortionTest, FacesFadeTowardTheirBorders) {
   EXPECT_NEAR(FaceWeight(cube, 0, side / 2, 0.975F * side), 0.5F, 1e-4);
   EXPECT_GT(FaceWeight(cube, 0, 0, side / 2), 0);
   EXPECT_LT(FaceWeight(cube, 0, 0, side / 2), 0.001F);
-  // What no other face shows counts as a whole.
+  // Rays that no other face shows have full weight.
   const Undistortion single = Undistort(Make(Id::kSimpleRadial, {250, 161, 119, -0.2}));
   EXPECT_EQ(FaceWeight(single, 0, 0, 0), 1);
 }

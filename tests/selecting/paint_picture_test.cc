@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What became of paint, in figures and as a picture.
+// The effect of paint, in figures and as a picture.
 #include "selecting/paint_picture.h"
 
 #include <algorithm>

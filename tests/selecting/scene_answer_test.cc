@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the scene says of an outline on the ball before the wall.
+// The scene's answer about an outline on the ball before the wall.
 #include "selecting/scene_answer.h"
 
 #include <gtest/gtest.h>

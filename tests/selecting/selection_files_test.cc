@@ -63,7 +63,7 @@ TEST_F(SelectionFilesTest, ConfidenceComesBackWithItsShares) {
   const std::vector<float> confidence = {1, 0.75F, 0, 0.5F};
   WriteShares(folder_.path(), masks_, shares_, confidence);
   EXPECT_EQ(ReadShares(folder_.path(), masks_, 4).confidence, confidence);
-  // Shares of other masks, written without: what lies there from before is not theirs.
+  // Other masks, written without shares: old shares there are not theirs.
   auto others = masks_;
   others["a.png"](0, 0) = 1;
   WriteShares(folder_.path(), others, shares_);

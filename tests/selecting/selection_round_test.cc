@@ -98,7 +98,7 @@ TEST_F(SelectionRound, SaysWhereAMaskHoldsLessThanHalfOfItsPaint) {
   masks[name] = Mask(Truth(2).width, Truth(2).height);
   ASSERT_EQ(warnings(painted).size(), 1u);
   EXPECT_NE(warnings(painted)[0].find("view " + name + " holds 0 %"), std::string::npos);
-  // What the painter saw nothing of says nothing.
+  // Pixels that the painter did not see are no evidence.
   std::vector<PaintedView> blind = painted;
   blind[0].seen = Mask(Truth(2).width, Truth(2).height);
   EXPECT_TRUE(warnings(blind).empty());
@@ -128,7 +128,7 @@ TEST_F(SelectionRound, ASecondRoundErasesWhatTheFirstPaintedTooMuch) {
   const RegionSelection ball = Select(&everything, Round(1, Truth(1), MaskOf(everything, 1)));
   EXPECT_LT(ball.source.cloud.points.size(), points);
   EXPECT_GT(IouOf(MaskOf(ball, 1), Truth(1)), 0.8);
-  // What view 1 sees of the wall is gone from view 2 as well; of the rest nobody said anything.
+  // The part of the wall in view 1 is gone from view 2 as well. Nobody marked the rest.
   double seen = 0, painted = 0, selected = 0;
   for (int y = 0; y < all.height; ++y) {
     for (int x = 0; x < all.width; ++x) {

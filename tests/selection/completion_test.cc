@@ -20,7 +20,7 @@ struct World {
   GaussianModel model;
   size_t floor_begin = 0, far_begin = 0;  // the ball comes first
   std::vector<float> inside, known, visible;
-  mutable std::vector<float> painted, visible_squared;  // what is missing: not by painted views
+  mutable std::vector<float> painted, visible_squared;  // missing: not by painted views
 
   size_t count() const { return model.NumGaussians(); }
   float x(size_t g) const { return model.means[3 * g]; }
@@ -118,7 +118,7 @@ TEST(Completion, LearnsColorsByPixelsAndNotByGaussians) {
     world.visible.push_back(i % 10 == 0 ? 20.0f : 400.0f);
   }
   const auto shares = Complete(world, Completion::kNear);
-  EXPECT_LT(Mean(shares, rim, rim + 1), 0.1);  // what paint says stays
+  EXPECT_LT(Mean(shares, rim, rim + 1), 0.1);  // the evidence of paint stays
   double back = 0;
   int backs = 0;
   for (size_t g = 0; g < world.floor_begin; ++g) {
@@ -127,8 +127,8 @@ TEST(Completion, LearnsColorsByPixelsAndNotByGaussians) {
   EXPECT_GT(back / backs, 0.8);
 }
 
-// Haze before the ball's front and on the floor beside it: the painted view sees it as others do,
-// but what it lies before has another depth in each of them.
+// Haze before the ball's front and on the floor beside it. The painted view sees it as others do,
+// but the depth of the surface behind it differs in each of them.
 TEST(Completion, KeepsWhatPaintedViewsSeeThoughOthersDoNotFindIt) {
   World world = MakeWorld();
   const size_t haze = world.count();
@@ -174,7 +174,7 @@ TEST(Completion, KeepsWhatPaintedViewsSeeAQuarterOf) {
   const float by_paint = 7.0f / 16;
   EXPECT_EQ(completed.shares[haze + 1], by_paint);
   EXPECT_EQ(completed.confidence[haze + 1], 1);
-  // One part in 25 of what is missing to a quarter is left to the graph.
+  // Paint covers 24/25 of the needed quarter; the graph decides the rest.
   EXPECT_NE(completed.shares[haze], by_paint);
   EXPECT_NEAR(completed.shares[haze], by_paint, 0.04);
   EXPECT_LT(completed.confidence[haze], 1);
@@ -218,8 +218,8 @@ TEST(Completion, EndsFarFromWhatWasPainted) {
   EXPECT_EQ(near[world.count() - 1], 0);
 }
 
-// All of the ball is painted, so that its radius is that of what was painted: 1. A thread of its
-// color is selected to five times that.
+// The whole ball is painted, so the radius of the painted part is that of the ball, 1. A thread of
+// its color is selected up to five times that.
 TEST(Completion, ReachesFiveTimesTheRadiusOfWhatWasPainted) {
   World world = MakeWorld();
   for (size_t g = 0; g < world.floor_begin; ++g) world.known[g] = world.inside[g] = 60;
@@ -241,7 +241,7 @@ TEST(Completion, ReachesFiveTimesTheRadiusOfWhatWasPainted) {
   }
 }
 
-// A few pixels of another thing that are inside by mistake do not tie it to what was painted.
+// A few pixels of another object, inside by mistake, do not connect it to the painted part.
 TEST(Completion, WhatPaintHardlyKnowsIsNoPlaceToStartFrom) {
   World world = MakeWorld();
   for (size_t g = world.far_begin; g < world.count(); ++g) world.model.means[3 * g] += 16.5f;
@@ -271,7 +271,7 @@ World MakePlate() {
   return world;
 }
 
-// Of what lies between two values of x.
+// The mean between two values of x.
 double MeanBetween(const World& world, const std::vector<float>& shares, float low, float high) {
   double sum = 0, count = 0;
   for (size_t g = 0; g < world.count(); ++g) {
@@ -301,8 +301,8 @@ TEST(Completion, EndsThingsOfOneColorAtAValley) {
   }
 }
 
-// As many floaters as there is plate, of its color and known to be outside, hang where nothing else
-// is known to be.
+// As many floaters as plate Gaussians, of the same color and known to be outside, in a place
+// without any other known Gaussian.
 TEST(Completion, LearnsNothingFromWhatFloats) {
   World world = MakePlate();
   const size_t plate = world.count();
@@ -331,7 +331,7 @@ TEST(Completion, LearnsNothingFromWhatFloats) {
 
 TEST(Completion, KeepsWhatPaintProves) {
   World world = MakeWorld();
-  // Known altogether, and against what its color and its neighbors say.
+  // Completely known, against the evidence of color and neighbors.
   const size_t in = world.floor_begin + 5, out = 5;
   for (const size_t g : {in, out}) world.known[g] = world.visible[g];
   world.inside[in] = world.known[in];
@@ -349,7 +349,7 @@ TEST(Completion, IsSureOfWhatPaintDecidesAndDoubtsWhatItNeverSaw) {
     if (world.known[g] > 0) {
       EXPECT_EQ(confidence, 1) << g;
     } else if (completed.shares[g] > 0) {
-      EXPECT_LE(confidence, 0.8f) << g;  // 0.75 of what is surely inside, where x_g is just below 1
+      EXPECT_LE(confidence, 0.8f) << g;  // 0.75 of a sure inside; x_g is just below 1
     }
     EXPECT_GE(confidence, 0);
   }

@@ -31,8 +31,8 @@ EdgeMatrix Chain(int count) {
 }
 
 TEST(GraphSolver, InterpolatesBetweenWhatIsKnown) {
-  // Each end is tied to its value as to a neighbor; what lies between has next to no term, and is a
-  // line: 22 equal steps from 0 to 1.
+  // Each end is tied to its value like to a neighbor. Nodes in between have almost no term, so x is
+  // a line with 22 equal steps from 0 to 1.
   constexpr int kCount = 21;
   const EdgeMatrix edges = Chain(kCount);
   std::vector<NodeTerm> terms(kCount);

@@ -53,7 +53,7 @@ TEST(LiftedSurfaces, HaveValleysWhereOneThingStandsOnAnother) {
   EXPECT_LT(far / fars, 0.3 * near / nears);  // the top of the ball bends, but outward
 }
 
-// Two floaters of a third of the light, of which views see each before the ball or the wall; all
+// Two floaters with a third of the light; views see each before the ball or the wall. Everything
 // else is a surface, and the ball's rim is one before the wall.
 TEST(LiftedSurfaces, FloatWhereTheyHangBeforeSurfaces) {
   const TinyWorld world = TinyWorld::Make(5, 0, 0, 3);
@@ -71,7 +71,7 @@ TEST(LiftedSurfaces, FloatWhereTheyHangBeforeSurfaces) {
   EXPECT_GT(floating[surfaces + 1], 0.8f);
   size_t wrong = 0;
   for (size_t g = 0; g < surfaces; ++g) wrong += floating[g] > GaussianGraph::kFloating;
-  EXPECT_LE(wrong, surfaces / 50);  // on the rim, and what hardly any view sees
+  EXPECT_LE(wrong, surfaces / 50);  // on the rim, or rarely visible
 }
 
 TEST(LiftedSurfaces, AreNoneOfWhatNoViewSees) {

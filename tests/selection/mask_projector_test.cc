@@ -172,13 +172,13 @@ TEST_F(MaskProjectorTest, GaussiansSelectTheBallInEveryView) {
     }
   }
   EXPECT_GT(front_selected, front * 95 / 100);
-  // Only what no view ever sees well, behind the ball, may go astray.
+  // Only parts that no view sees well, behind the ball, may be wrong.
   EXPECT_LT(wall_selected, 20);
   EXPECT_NEAR(projected.mean_coverage, 0.15, 0.05);  // the ball covers 2,800 of 19,200 pixels
 }
 
-// Fog of floaters hangs before the ball, so dense that the ball is less than half of what its
-// pixels show: the masks are those without it.
+// Fog of floaters before the ball, so dense that the ball is less than half of its pixels. Masks
+// are the same as without it.
 TEST_F(MaskProjectorTest, WhatFloatsBeforeTheBallHasNoSay) {
   TinyGaussians foggy(world);
   for (int i = 0; i < 98; ++i) {  // two layers
@@ -238,8 +238,8 @@ TEST_F(MaskProjectorTest, BordersAreSoftForOnePercent) {
   EXPECT_EQ(farthest, 5);
 }
 
-// Dark walls that were trained on black: what lets through more than half of the light is selected
-// where all that it shows is, but not what is hardly there.
+// Dark walls that were trained on black. Pixels with less than half of the light are selected if
+// all visible Gaussians are, except almost empty ones.
 TEST_F(MaskProjectorTest, HalfTransparentSurfacesAreSelectedByWhatTheyShow) {
   for (float& logit : gaussians.model.opacity_logits) logit = -1.1f;
   Renderer pale(CreateBackend("cpu"), gaussians.model);
@@ -304,8 +304,8 @@ TEST_F(MaskProjectorTest, PaintOfASecondViewCounts) {
   EXPECT_GT(after, before + 0.1);
 }
 
-// m = (w A + B) / (w C + D) of each Gaussian, A and C of the painted view, B and D of the others:
-// the cross-ratio of four m is that of their weights.
+// m = (w A + B) / (w C + D) of each Gaussian, with A and C of the painted view, B and D of the
+// others. The cross-ratio of four m equals that of their weights.
 TEST_F(MaskProjectorTest, PaintCountsByItsWeight) {
   const SelectionCloud cloud = Cloud(2);
   PaintedView half = Paint(2);       // which the cloud contradicts
@@ -372,8 +372,8 @@ TEST_F(MaskProjectorTest, VisibilityIsThatOfAllRows) {
 }
 
 TEST_F(MaskProjectorTest, WhatWasSeenOutsideThePaintIsNotSelected) {
-  // A cloud that wrongly puts the painted pixels on the wall, as a bad depth does: the paint knows
-  // better where it looks, and the wall was seen outside the paint.
+  // A cloud with the painted pixels on the wall by mistake, as after a bad depth. Its evidence
+  // yields to the paint, and views saw the wall outside the paint.
   const PosedCamera posed = world.Posed(2);
   DepthMap wall(160, 120);
   for (int y = 0; y < 120; ++y) {
@@ -468,7 +468,7 @@ TEST_F(MaskProjectorTest, AnswersBadInput) {
     options.kind = kind;
     EXPECT_THAT(run(lost, {}), ThrowsMessage<InputError>(HasSubstr("reaches no view")));
   }
-  // A selection of something else than what was painted.
+  // A selection of another object than the painted one.
   options.kind = ProjectorKind::kQuads;
   PaintedView corner = Paint(2);
   std::fill(corner.mask.data.begin(), corner.mask.data.end(), 0);

@@ -111,7 +111,7 @@ TEST(Scribbles, TheBorderLooksOutsideThoughAStrokeOutsideIsElsewhere) {
 
 TEST(Scribbles, KeepsWhatTheStrokesSay) {
   Monitor monitor;
-  // A stroke outside on the disc itself: what it covers is outside.
+  // A stroke outside on the disc itself: its pixels are outside.
   const Mask inside = Stroke({{50, 40}, {70, 40}}), outside = Stroke({{50, 60}, {70, 60}});
   const Mask mask = MaskFromScribbles(Disc(kRed, kGray, 3), inside, outside, monitor);
   for (size_t p = 0; p < mask.data.size(); ++p) {
@@ -259,7 +259,7 @@ TEST(RefineEdge, LeavesWhatHasNoBorder) {
   EXPECT_THROW(RefineEdge(layers, all, 0, monitor), OptionError);
 }
 
-// `mask` with what was left out at its border.
+// `mask` plus the missed pixels at its border.
 Mask Grown(const ViewLayers& layers, Mask mask, int reach) {
   Monitor monitor;
   const Mask left_out = FindMissedBorder(layers, mask, reach, monitor).left_out;
@@ -414,8 +414,8 @@ TEST(PixelTools, LikeAColorIsNotConnected) {
 
 TEST(PixelTools, SolidsCutTheSurface) {
   const ViewLayers layers = Disc(kRed, kGray, 3);
-  // The disc's surface is at z = 3, where a pixel is 0.03 wide: a sphere of 0.5 about its middle
-  // covers a circle of 16.7 pixels there and nothing of the wall.
+  // The disc's surface is at z = 3, where a pixel is 0.03 wide. A sphere of 0.5 about its center
+  // covers a circle of 16.7 pixels, and nothing of the wall.
   const Mask sphere = InSphere(layers, {0, 0, 3}, 0.5);
   EXPECT_GT(*Iou(sphere, DiscMask(0.5 / 0.03)), 0.999);
   // To the right of the middle, wall and disc.

@@ -110,8 +110,8 @@ TEST(NearestNeighbors, DoNotDependOnOnePointThatIsVeryFar) {
   const auto with = NearestNeighbors(points, kCount);
   ASSERT_EQ(with.size(), without.size() + kCount);
   for (size_t i = 0; i < without.size(); ++i) {
-    // Points that are equally near may change places, so their distances are compared; the middle
-    // that is taken off may be another, which rounds them by an ulp of coordinates near 1.
+    // Equally near points may change places, so the test compares distances. Another center may be
+    // subtracted, which rounds them by an ulp of coordinates near 1.
     ASSERT_NEAR(with[i].distance, without[i].distance, 1e-6f) << i;
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What outlines are found with: the graph of a picture's pixels and its cut, valleys of the surface
+// Parts of finding outlines: the graph of a picture's pixels and its cut, creases of the surface,
 // and mattes.
 #include <algorithm>
 #include <cmath>
@@ -109,7 +109,7 @@ TEST(SurfaceValleys, LieBehindASilhouette) {
   ScalarImage inverse_depth(80, 20, 0.25f);
   for (int y = 0; y < 20; ++y) std::fill_n(&inverse_depth(0, y), 40, 0.5f);
   const ScalarImage valleys = SurfaceValleys(inverse_depth, 100);
-  EXPECT_FLOAT_EQ(valleys(40, 10), 1);  // the wall beside what stands before it
+  EXPECT_FLOAT_EQ(valleys(40, 10), 1);  // the wall beside an object before it
   EXPECT_EQ(valleys(39, 10), 0);
   EXPECT_EQ(valleys(60, 10), 0);
 }

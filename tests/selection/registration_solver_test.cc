@@ -40,7 +40,7 @@ class RegistrationSolverTest : public ::testing::Test {
   double Uniform(double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(rng);
   }
-  // Points about 4 units away that `truth` moves to their sparse points, but for the noise; every
+  // Points about 4 units away. `truth` moves them to their sparse points, except for noise. Every
   // second one has a normal, every tenth is wrong, every fifth is held out.
   std::vector<RegistrationPair> Pairs(const RegistrationTransform& truth) {
     const RegistrationMap map(truth);
@@ -68,7 +68,7 @@ class RegistrationSolverTest : public ::testing::Test {
   static double DepthPriors(const RegistrationTransform& at, double depth) {
     return std::pow((at.a - 1) / 0.1, 2) + std::pow(at.b * depth / 0.1, 2);
   }
-  // What FitDepth and FitAll make least, by registration_solver.h.
+  // The costs that FitDepth and FitAll minimize, from registration_solver.h.
   static double DepthCost(const std::vector<RegistrationPair>& pairs,
                           const RegistrationTransform& at) {
     double sum = DepthPriors(at, MedianDepth(pairs));
@@ -92,8 +92,8 @@ class RegistrationSolverTest : public ::testing::Test {
     }
     return sum;
   }
-  // That a step of any of the first `count` unknowns costs more. The steps move the points by about
-  // a quarter of the noise, hundreds of which cost far more than what Ceres leaves, a millionth.
+  // A step of any of the first `count` unknowns must cost more. It moves hundreds of points by a
+  // quarter of the noise, which costs far more than Ceres's remaining error, a millionth.
   static void ExpectLeast(const RegistrationTransform& found, int count,
                           const std::function<double(const RegistrationTransform&)>& cost) {
     constexpr double kSteps[kUnknowns] = {2e-3, 5e-4, 1e-2, 1e-2, 1e-2, 1e-2, 5e-3, 5e-3, 5e-3};
@@ -144,7 +144,7 @@ TEST_F(RegistrationSolverTest, FitsWhatCostsLeast) {
   found.center = truth.center;
   EXPECT_EQ(FitAll(pairs, kNoise, &found).substr(0, 11), "CONVERGENCE");
   ExpectLeast(found, kUnknowns, [&](const auto& at) { return Cost(pairs, at); });
-  // What is left of the noise of 480 points is below that of one.
+  // The remaining noise of 480 points is below that of one.
   const RegistrationMap map(found), exact(truth);
   for (const auto& pair : pairs) {
     EXPECT_LT((map * pair.cloud - exact * pair.cloud).norm(), kNoise * 4);

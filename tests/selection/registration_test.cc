@@ -64,7 +64,7 @@ class RegistrationTest : public ::testing::Test {
 };
 
 TEST_F(RegistrationTest, RecoversADepthCorrection) {
-  // 1/d = (1/z - b) / a is what a = 0.93, b = 0.004 turns back into z.
+  // With a = 0.93 and b = 0.004, 1/d = (1/z - b) / a gives z back.
   DepthMap wrong = depth;
   for (auto& z : wrong.data) z = float(0.93 / (1 / z - 0.004));
   SelectionCloud cloud = Cloud(wrong);
@@ -74,8 +74,8 @@ TEST_F(RegistrationTest, RecoversADepthCorrection) {
   EXPECT_GT(summary.points_used, 300);
   EXPECT_GT(summary.points_heldout, 60);
   EXPECT_GT(before, 0.08);
-  // Hundreds of points with noise kNoise: what is left is far below one point's noise. The priors
-  // and the similarity's freedom take the rest.
+  // Hundreds of points with noise kNoise leave an error far below one point's noise. The priors and
+  // the similarity's freedom add the rest.
   EXPECT_LT(OffBall(cloud), kNoise) << summary.BriefReport();
   // A point displaced along a slanted normal is missed by more along the ray.
   EXPECT_LT(summary.heldout_after, 1.5 * kNoise);
@@ -115,8 +115,8 @@ TEST_F(RegistrationTest, RecoversACloudWithoutSourcePixels) {
   const double before = OffBall(cloud);
   const auto summary = Run(cloud, depth);
   EXPECT_TRUE(summary.accepted) << summary.BriefReport();
-  // A ball may turn under its points, so only its surface is asked for; nearest points lie up to a
-  // pixel's footprint (0.03) aside, which bends what is left.
+  // A ball may turn under its points, so the test only checks its surface. The nearest points lie
+  // up to a pixel's footprint (0.03) aside, which bends the result.
   EXPECT_LT(OffBall(cloud), 0.2 * before) << summary.BriefReport();
 }
 
@@ -176,7 +176,7 @@ TEST_F(RegistrationTest, FewPointsGiveIdentityAndAReason) {
   EXPECT_THAT(summary.BriefReport(), HasSubstr("not moved, only"));
 }
 
-// 1/z' = 1.3/z - 0.06 is right for the ball, but throws what is farther than 21.7 behind the
+// 1/z' = 1.3/z - 0.06 is right for the ball, but moves points farther than 21.7 behind the
 // camera.
 TEST_F(RegistrationTest, ThrowsNoPointBehindTheCamera) {
   DepthMap wrong = depth;

@@ -79,7 +79,7 @@ TEST(Suggestion, TakesIntoAccountWhatIsSettledBefore) {
   const auto suggestions =
       SuggestViews(renderer, line.reconstruction, line.groups, {}, confidence, visible, 3, monitor);
   EXPECT_THAT(Names(suggestions), testing::ElementsAre("a", "b", "c", "both"));
-  EXPECT_GT(suggestions[3].settles, 0);  // what it would settle by itself
+  EXPECT_GT(suggestions[3].settles, 0);  // the part that it would settle by itself
   EXPECT_THAT(Names(SuggestViews(renderer, line.reconstruction, line.groups, {"a", "b"}, confidence,
                                  visible, 3, monitor)),
               testing::UnorderedElementsAre("c", "both"));
@@ -122,7 +122,7 @@ TEST(PaintAdvice, NamesTheViewThatSettlesMostOfTheSelection) {
   EXPECT_EQ(advice->view, "b");
   EXPECT_NEAR(advice->uncertain, 0.25 / 2, 1e-6);
   EXPECT_NEAR(advice->settles, 1, 1e-6);
-  // What is left out and undecided touches it, too.
+  // An unselected but undecided Gaussian touches it, too.
   EXPECT_EQ(advise({1, 1, 0}, {1, 0.95f, 0.2f})->view, "c");
   // One pixel of a hundred is not worth another view.
   EXPECT_FALSE(advise({1, 1, 0}, {1, 0.98f, 1}));

@@ -159,7 +159,7 @@ Mask Inverted(Mask mask) {
   return mask;
 }
 
-// `mask` without what lies within `pixels` of its border.
+// `mask` without the pixels at most `pixels` from its border.
 Mask Eroded(Mask mask, int pixels) {
   for (; pixels > 0; --pixels) {
     const Mask before = mask;

@@ -71,8 +71,8 @@ struct TinyWorld {
     return mask;
   }
 
-  // `num_views` cameras of 160 x 120 on an arc around the ball; `num_points` sparse points on what
-  // they see, displaced along the normal by Gaussian noise of `noise` (world units).
+  // `num_views` cameras of 160 x 120 on an arc around the ball. `num_points` sparse points on
+  // visible surfaces, displaced along the normal by Gaussian noise of `noise` (world units).
   static TinyWorld Make(int num_views, int num_points, double noise, uint64_t seed) {
     TinyWorld world;
     world.reconstruction.cameras[1] = Camera::Pinhole(1, 160, 120, 150, 148, 81, 59);

@@ -22,7 +22,7 @@ class ViewDepthTest : public ::testing::Test {
 TEST_F(ViewDepthTest, DepthBiasIsFoundFromTheSparsePoints) {
   const PosedCamera posed = world.Posed(1);
   const DepthMap exact = world.Depth(posed);
-  // What a = 0.97, b = 0.003 turns back into z; and a fifth of the image is wrong by 10 %.
+  // a = 0.97, b = 0.003 gives z back; a fifth of the image is wrong by 10 %.
   DepthMap biased = exact;
   for (size_t i = 0; i < biased.data.size(); ++i) {
     biased.data[i] = float(0.97 / (1 / exact.data[i] - 0.003));
@@ -37,7 +37,7 @@ TEST_F(ViewDepthTest, DepthBiasIsFoundFromTheSparsePoints) {
   const DepthBias bias = FitDepthBias(rendered, sparse);
   EXPECT_GT(bias.points, 500);
   for (size_t i = 0; i < biased.data.size(); ++i) {
-    // The outliers' pull on a Cauchy loss is bounded; what is left is below a fifth of a percent.
+    // A Cauchy loss bounds the outliers' pull; the rest is below a fifth of a percent.
     if (i % 160 < 32) continue;
     EXPECT_NEAR(biased.data[i] / (bias.a + bias.b * biased.data[i]) / exact.data[i], 1, 2e-3);
   }
@@ -88,7 +88,7 @@ TEST_F(ViewDepthTest, SurfacesOfManyViewsAreThoseOfEach) {
                        EXPECT_EQ(depth, each[i % distinct].data);
                        return;
                      }
-                     // Corrected by what the sparse points say of these rows.
+                     // Corrected by the sparse points of these rows.
                      const std::vector<float>& all = each[i % distinct].data;
                      const auto width = size_t(requests[i].posed.camera.width);
                      for (size_t p = 0; p < depth.size(); ++p) {

@@ -91,7 +91,7 @@ INSTANTIATE_TEST_SUITE_P(
                "this is a PLY of format binary_big_endian, not supported; supported: binary_"}),
     [](const auto& test) { return std::string(test.param.name); });
 
-// As other programs do, which read what the header announces.
+// As in other programs, which read only the announced Gaussians.
 TEST(BadFileTest, WhatFollowsTheGaussiansIsIgnored) {
   const TempFolder folder;
   PlyText ply = PlyText::Canonical(5, 1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Gaussians with a value that is no number: refused with what to do, or left out and counted.
+// Gaussians with a value that is NaN: rejected with advice, or dropped and counted.
 #include <cmath>
 
 #include <gmock/gmock.h>
@@ -52,7 +52,7 @@ TEST(BadRows, OfAPlyAreLeftOutWithTheirColumns) {
   EXPECT_EQ(ReadSplat(folder / "b.ply").sh, good.sh);
 }
 
-// What is left is packed anew: the file's own bytes are of all rows.
+// The others are packed again: the file's own bytes are of all rows.
 TEST(BadRows, OfAPackedFileAreLeftOut) {
   TempFolder folder;
   WriteSplat(folder / "a.splat", RandomScene(5, 0));

@@ -75,7 +75,7 @@ TEST_P(ChangedFile, RemovedOrReplacedWhileItIsRead) {
   ReadMeanwhile([&] { std::filesystem::remove(path_); });
   WriteSplat(path_, whole_);
   whole_ = ReadSplat(path_);
-  // A new file of that name, as an atomic save makes it: what is open stays the old one.
+  // A new file of that name, as from an atomic save: the open file stays the old one.
   EXPECT_EQ(ReadMeanwhile([&] { WriteFile(path_, "something else"); }), "");
 }
 

@@ -222,7 +222,7 @@ TEST(SpzDamageTest, BombsAreRefused) {
       HasSubstr("more than"));
 }
 
-// What a packed stream says of its length is compared before anything is unpacked.
+// A packed stream's own length is compared before anything is unpacked.
 TEST(SpzDamageTest, LengthsAreComparedBeforeTheUnpacking) {
   size_t steps = 0;
   const std::string zeros(size_t{100} << 20, '\0');
@@ -247,8 +247,8 @@ TEST(SpzDamageTest, LengthsAreComparedBeforeTheUnpacking) {
   EXPECT_EQ(steps, 0u);
 }
 
-// Large enough that Gaussians are decoded while the rest is unpacked, which is not done with what
-// is not packed.
+// Large enough that Gaussians are decoded during the unpacking, which never happens for unpacked
+// files.
 TEST(SpzTest, DecodingBesideTheUnpackingGivesTheSame) {
   const TempFolder folder;
   std::string bytes = Unzipped(Written(folder, ".spz", RandomScene(60000, 3)));

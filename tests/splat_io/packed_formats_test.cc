@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What every format that stores rounded values owes: its own precision, and the bytes of what was
-// not edited.
+// Duties of every format with rounded values: its own precision, and unchanged bytes of unedited
+// values.
 #include <algorithm>
 
 #include <gmock/gmock.h>
@@ -25,7 +25,7 @@ struct Format {
 
 void PrintTo(const Format& format, std::ostream* out) { *out << format.extension; }
 
-// Half a step of what the file stores, and 1e-6 for the arithmetic of floats.
+// Half a step of the stored values, and 1e-6 for float arithmetic.
 const Format kFormats[] = {
     // Bytes of [0, 1] for color and opacity; rotation bytes of 1/128 each, of which q = 1 misses a
     // whole step, twice that for normalizing. Scales go through expf and logf.
@@ -38,8 +38,8 @@ const Format kFormats[] = {
      3,
      {0.5 * 10 / 1023 + 1e-6, 0.5 * 9 / 1023 + 1e-6, 0.5 / 255 + 1e-6, 0.5 * 0.96 / 255 + 1e-6,
       0.5 * 8 / 256 + 1e-6, 3 * 0.5 * 1.4143 / 1023}},
-    // 16 fractional bits hold 5; sixteenths of log scale; dc steps of 1 / (255 * 0.15); SH degrees
-    // above 1 in steps of 16 / 128, rounded to 1/128 first; rotation: sqrt(1/2) in 511 steps.
+    // 5 steps in 16 fractional bits. Log scale in sixteenths. DC steps of 1 / (255 * 0.15). SH
+    // degrees above 1: steps of 16 / 128 after rounding to 1/128. Rotation: sqrt(1/2) in 511 steps.
     {".spz",
      3,
      {0.5 / 65536 + 1e-6, 0.5 / 16 + 1e-6, 0.5 / 255 + 1e-6, 0.28209479 * 0.5 / (255 * 0.15) + 1e-6,
@@ -265,8 +265,8 @@ TEST(CompressedPlyTest, NeighborsShareChunks) {
     error +=
         std::abs(back.means[i] - model.means[3 * order[i / 3] + i % 3]) / double(order.size() * 3);
   }
-  // A uniform error over half a step of boxes as large as the scene, with 11, 10 and 11 bits, would
-  // be this on average; about half of it is expected.
+  // The mean of a uniform error over half a step, for boxes as large as the scene with 11, 10 and
+  // 11 bits. About half of it is expected.
   const double unsorted = (10.0 / 2047 + 10.0 / 1023 + 10.0 / 2047) / 3 / 4;
   EXPECT_LT(error, 0.75 * unsorted);
 }

@@ -59,7 +59,7 @@ TEST(SplatIoTest, AgreesWithAnotherProgramsConversions) {
               3 * 0.505 * 0.7072 / 511});
 }
 
-// One scene as another program wrote it twice, in other orders: boxes and means of what was stored.
+// One scene that another program wrote twice, in other orders: compares boxes and means.
 TEST(SplatIoTest, TwoFormatsOfOneSceneAgree) {
   RETINT_REQUIRE_DATA("splats/biker.spz");
   const GaussianModel ply = ReadSplat(DataPath("splats/biker.compressed.ply"));
@@ -91,7 +91,7 @@ void PrintTo(const PackedFile& file, std::ostream* out) { *out << file.path; }
 
 class PackedFileTest : public ::testing::TestWithParam<PackedFile> {};
 
-// Unpacked, what is written again has the bytes that it had: reading once more gives the same.
+// A second write has the same unpacked bytes, so reading it gives the same.
 TEST_P(PackedFileTest, IsReadAndWrittenAgain) {
   const PackedFile& file = GetParam();
   RETINT_REQUIRE_DATA(file.path);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// SOG scenes that Retint writes: bundles and folders, tables, and what stays of a scene that came
-// from one.
+// SOG scenes that Retint writes: bundles and folders, tables, and unchanged parts of a scene that
+// came from one.
 #include <algorithm>
 #include <set>
 
@@ -21,10 +21,10 @@ using ::testing::HasSubstr;
 std::vector<uint32_t> OrderOf(const GaussianModel& model) { return SogCodec().WriteOrder(model); }
 
 // Positions: half a step of 65535 of ln(1 + 5) on either side, times 1 + 5. Rotations: half a step
-// of 255 of the square root of 2, and what that makes of the fourth component. Opacities: half a
-// step of 255. Tables of 256 entries for the values of 300 Gaussians, which are even: half a step
-// of 9 / 256 and 3.4 / 256 and, for entries that are not quite even, twice that. Higher bands: a
-// set for each Gaussian, half a step of 1 / 256, twice that too.
+// of 255 of the square root of 2, and its effect on the fourth component. Opacities: half a step of
+// 255. Tables: 256 entries for the even values of 300 Gaussians, so half a step of 9 / 256 and 3.4
+// / 256. Not quite even entries may have twice that. Higher bands have a set for each Gaussian:
+// half a step of 1 / 256, twice that too.
 constexpr Rounding kRounding = {.mean = 1.7e-4,
                                 .log_scale = 0.036,
                                 .opacity = 1 / 510.0 + 1e-6,
@@ -61,7 +61,7 @@ TEST(SogWriting, FoldersHoldWhatBundlesHold) {
   }
   EXPECT_EQ(SplatBytes(folder / "scene" / "meta.json"), bytes);
   EXPECT_EQ(SplatBytes(folder / "a.sog"), std::filesystem::file_size(folder / "a.sog"));
-  // What else lies there is not the splat's.
+  // Other files there do not belong to the splat.
   SpillFile(folder / "scene" / "other.webp", "another picture");
   EXPECT_EQ(SplatBytes(folder / "scene" / "meta.json"), bytes);
   EXPECT_THAT(names,
@@ -126,7 +126,7 @@ TEST(SogWriting, ARecolorMovesNothingElse) {
     SCOPED_TRACE(g);
     const bool is_edited = g >= 100 && g < 140;
     for (size_t i = 0; i < width; ++i) {
-      // A step of 255 of the color: what the tables may round a new color to.
+      // One step of 255 of the color: tables may round a new color by that much.
       const float most = is_edited ? 1 / 255.0f / 0.28209479f + 1e-6f : 0;
       ASSERT_NEAR(after.sh[g * width + i], edited.sh[g * width + i], most);
     }

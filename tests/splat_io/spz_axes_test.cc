@@ -15,7 +15,7 @@
 namespace retint {
 namespace {
 
-// Where the axes point: left or right, up or down, front or back.
+// Directions of the axes: left or right, up or down, front or back.
 constexpr std::string_view kSystems[] = {"LDB", "RDB", "LUB", "RUB", "LDF", "RDF", "LUF", "RUF",
                                          "LBD", "RBD", "LBU", "RBU", "LFD", "RFD", "LFU", "RFU"};
 

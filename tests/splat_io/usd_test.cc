@@ -221,7 +221,7 @@ TEST_F(UsdTest, FloatToHalfIsTheNearestOne) {
   EXPECT_EQ(FloatToHalf(1e9F), 0x7c00);
 }
 
-// What an edit does not change comes back letter by letter, the rest of the stage too.
+// Unedited values, and the rest of the stage, come back letter by letter.
 TEST_F(UsdTest, AnEditChangesNothingElse) {
   const std::string second =
       Replaced(Replaced(kOne, "\"One\"", "\"Two\""), "(1, 2, 3)", "( 4,\t5 ,6.0e0 ) # a comment\n");
@@ -302,7 +302,7 @@ TEST_F(UsdTest, PackagesAreAlignedAndKeepTheirFiles) {
             0);
 }
 
-// NVIDIA's SimReady rules for splats (SPL.003, SPL.005, VG.035) on what Retint writes.
+// NVIDIA's SimReady rules for splats (SPL.003, SPL.005, VG.035), for files that Retint writes.
 TEST_F(UsdTest, SatisfiesPublishedRules) {
   GaussianModel model = RandomScene(50, 2);
   model.quats_wxyz[0] = model.quats_wxyz[1] = model.quats_wxyz[2] = model.quats_wxyz[3] = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where tests find real captures and other people's files, and a scratch folder that cleans up
+// The place of real captures and of files from other programs, and a scratch folder that cleans up
 // after itself.
 #pragma once
 

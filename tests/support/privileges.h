@@ -20,8 +20,8 @@ namespace retint {
 
 enum class ChildOutcome { kPassed, kFailed, kNotAllowed };
 
-// `body` in a child process whose privileges `prepare` changes first. What the body expects is
-// printed as always, and a failed expectation makes the outcome kFailed; kNotAllowed when `prepare`
+// Runs `body` in a child process after `prepare` has changed its privileges. Expectations of the
+// body are printed as always, and a failed one makes the outcome kFailed. kNotAllowed if `prepare`
 // returns false.
 inline ChildOutcome RunInChild(const std::function<bool()>& prepare,
                                const std::function<void()>& body) {
@@ -58,8 +58,8 @@ inline ChildOutcome RunAsOrdinaryUser(const std::function<void()>& body) {
       body);
 }
 
-// Where file systems may be mounted, and nobody else sees them: in a mount namespace of its own,
-// and for an ordinary user a user namespace too. kNotAllowed where the machine forbids that.
+// With permission to mount file systems that nobody else sees: in its own mount namespace, for an
+// ordinary user in a user namespace too. kNotAllowed if the machine forbids that.
 inline ChildOutcome RunWithMounts(const std::function<void()>& body) {
   const auto write = [](const char* path, const std::string& text) {
     const int file = open(path, O_WRONLY | O_CLOEXEC);

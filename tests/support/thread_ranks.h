@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Ranks that are threads of the test: what is shared among processes, without any.
+// Ranks that are threads of the test, to share data as processes do.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@
 
 namespace retint {
 
-// What they meet at.
+// Their shared state.
 struct ThreadWorld {
   explicit ThreadWorld(int size)
       : meeting(size), texts(size_t(size)), lists(size_t(size)), mail(size_t(size)) {}
@@ -74,7 +74,7 @@ class ThreadRank : public Ranks {
   }
   void FinishSends() override {}
 
-  // The "devices" are the host: what is sent goes through the mail.
+  // The "devices" are the host: data goes through the mail.
   class Link : public DeviceLink {
    public:
     explicit Link(ThreadRank& rank) : rank_(rank) {}
@@ -116,7 +116,7 @@ inline void RunAsRanks(int count, const std::function<void()>& body) {
   for (std::thread& thread : threads) thread.join();
 }
 
-// What `make` returns on every rank, by rank.
+// The results of `make` on all ranks, by rank.
 template <typename T>
 std::vector<T> MakeOnRanks(int count, const std::function<T()>& make) {
   std::vector<T> made(static_cast<size_t>(count));

@@ -62,7 +62,7 @@ TEST(SyntheticShapesTest, HitsLieOnTheirChartsWithTheRightNormal) {
       ASSERT_TRUE(named.shape->bounds.contains(point) ||
                   named.shape->bounds.exteriorDistance(point) < 1e-9);
       ASSERT_LT(size_t(hit.chart), named.shape->chart_sizes.size());
-      // Where three charts meet on a rounded corner, and on a capsule's caps, charts only
+      // At a rounded corner of three charts, and on the caps of a capsule, charts are only
       // approximate.
       const Surfel at = named.shape->At(hit.chart, hit.uv);
       if ((at.point - point).norm() > 1e-6) {

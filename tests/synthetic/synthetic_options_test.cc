@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What options change of a synthetic scene: colors of objects, flaws, and where cameras stand.
+// The effect of options on a synthetic scene: colors of objects, flaws, positions of cameras.
 #include <cmath>
 #include <string>
 #include <vector>
@@ -99,8 +99,8 @@ Eigen::Vector3d MiddleOfCameras(const SyntheticScene& scene) {
   return eye;
 }
 
-// What each Gaussian's distance from `eye` was multiplied by; asserts that it stayed on its line of
-// sight, and that its size changed as much.
+// The factor on each Gaussian's distance from `eye`. Asserts that the Gaussian stayed on its line
+// of sight, and that its size has the same factor.
 std::vector<double> Stretches(const SyntheticScene& before, const SyntheticScene& after,
                               size_t floaters) {
   const Eigen::Vector3d eye = MiddleOfCameras(before);

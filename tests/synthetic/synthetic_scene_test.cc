@@ -232,8 +232,8 @@ TEST(SyntheticTest, TracksAndObservationsAgree) {
   EXPECT_GT(unmatched, 0u);
 }
 
-// Residuals of a point fitted to n observations with deviation s have the variance
-// s^2 (1 - 3 / 2n); over hundreds of tracks the estimate is good to a few per cent.
+// Residuals of a point fitted to n observations with deviation s have the variance s^2 (1 - 3 /
+// 2n). Over hundreds of tracks, the estimate is good to a few percent.
 TEST(SyntheticTest, SparsePointsCarryTheNoiseAskedFor) {
   const Reconstruction& reconstruction = Small().reconstruction;
   double sum = 0, expected = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The whole way on real captures, in the real window and by mouse and keys: opened, stepped to a
-// view, painted, accepted, tinted while the preview follows, refitted in the background, measured,
-// exported, saved, undone, and restored.
+// The whole workflow on real captures, in the real window, with mouse and keys: open, step to a
+// view, paint, accept, tint while the preview follows, refit in the background, measure, export,
+// save, undo, and restore.
 #include <cstdlib>
 
 #include <QPushButton>
@@ -135,7 +135,7 @@ class CaptureTest : public QObject {
     QSignalSpy opened(&controller, &SceneController::opened);
     AnswerFileDialog(out.string() + ".retint");
     PressKey(window, Qt::Key_O, Qt::ControlModifier | Qt::ShiftModifier);
-    QVERIFY(ClickRole(window, QMessageBox::DestructiveRole));  // what was undone was not saved
+    QVERIFY(ClickRole(window, QMessageBox::DestructiveRole));  // the undone state was not saved
     QVERIFY(QTest::qWaitFor([&] { return opened.count() > 0; }, kWaitMs));
     QCOMPARE(controller.regions().regions.size(), size_t{1});
     const Region& restored = controller.regions().regions.front();

@@ -69,7 +69,7 @@ class DistortedTest : public DistortedFixture {
     const QImage photo =
         ToQImage(truth).scaled(render.size(), Qt::IgnoreAspectRatio, Qt::SmoothTransformation);
     QCOMPARE(canvas().ImageRect(canvas().navigation().Rendered()).size().toSize(), render.size());
-    // Next to what the same render is without the lens.
+    // Compared with the same render without the lens.
     const auto facts = controller().facts();
     const PosedCamera flat = facts->Posed(*canvas().navigation().view());
     Renderer renderer(facts->backend, *facts->original, {});
@@ -213,7 +213,7 @@ class DistortedTest : public DistortedFixture {
     QVERIFY(Selection()->source.painted[0].mask.data == painted.data);
   }
 
-  // What earlier programs saved: paint in the pixels of the pinhole view.
+  // Sessions of earlier programs: paint in the pixels of the pinhole view.
   void PaintOnThePinholeViewStillOpens() {
     QVERIFY(Open("OPENCV"));
     const std::string name = subject_.first;
@@ -297,7 +297,7 @@ class DistortedTest : public DistortedFixture {
     QVERIFY(found());
   }
 
-  // What another program gets has the photo's pixels, and so has what it saves.
+  // Another program gets the photo's pixels, and saves such pixels.
   void AViewIsEditedElsewhereAsItsPhoto_data() {
     QTest::addColumn<QString>("lens");
     QTest::addColumn<int>("views");  // that show a photo
@@ -343,7 +343,7 @@ class DistortedTest : public DistortedFixture {
     }
   }
 
-  // Small pictures show the photos as they are, and so what is painted meanwhile and selected.
+  // Thumbnails show the photos as they are, and so the current paint and selection.
   void OverlaysLieOnThePhotos() {
     QVERIFY(Open("OPENCV"));
     std::map<std::string, QImage> overlays;
@@ -368,7 +368,7 @@ class DistortedTest : public DistortedFixture {
     QCOMPARE(overlay.width(), 160);  // PhotoLoader::kThumbnailSide
     const Mask truth = Truth(subject_.first);
     QVERIFY(IouOf(mask_of(overlay, truth.width, truth.height), truth) > 0.6);
-    // The veil of what is painted too: of the photo's size, and bent as the photo is.
+    // The veil of the paint too: of the photo's size, and bent as the photo is.
     const Mask& veil = paper().veil().mask();
     QCOMPARE(veil.width, truth.width);
     const double iou = IouOf(veil, truth);

@@ -36,7 +36,7 @@ class EditPagesTest : public EditPanelFixture {
   void init() { QVERIFY(ShowScene()); }
   void cleanup() { Close(); }
 
-  // Of what no screen shows, and of the frames of colors.
+  // For colors outside the gamut, and for the frames of colors.
   void ThePickerFollowsTheTheme() {
     QVERIFY(AddPlain());
     TypeColor("#8090a0");
@@ -214,7 +214,7 @@ class EditPagesTest : public EditPanelFixture {
     CancelFileDialog(&came);
     add->trigger();
     QCOMPARE(came, 1);
-    // What is changed next is changed, and not added once more.
+    // The next change replaces it, and does not add another one.
     Click("mode_tint");
     TypeColor("#2040ff");
     QVERIFY(Kinds() == std::vector{Kind::kTint});

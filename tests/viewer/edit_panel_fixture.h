@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the tests of the panel that edits a region's colors share.
+// Shared by the tests of the panel that edits a region's colors.
 #pragma once
 
 #include <string_view>

@@ -105,7 +105,7 @@ class EditPanelTest : public EditPanelFixture {
     QVERIFY(!Find<QToolButton>("operation_remove")->isEnabled());
     window_->action("edit.undo")->trigger();
     QCOMPARE(Kinds().size(), size_t{6});
-    // What came back to the page is.
+    // The step that came back to the page is the current one.
     QTRY_VERIFY(Steps()->currentItem() == Steps()->topLevelItem(2));
     QVERIFY(Find<QToolButton>("operation_remove")->isEnabled());
   }
@@ -184,7 +184,7 @@ class EditPanelTest : public EditPanelFixture {
     }
   }
 
-  // What most people want first, the rest a step further.
+  // Common operations first, the others one step further.
   void TheMenuBeginsWithWhatPeopleKnow() {
     QVERIFY(AddPlain());
     const QMenu* menu = Find<QToolButton>("operation_add")->menu();
@@ -376,7 +376,7 @@ class EditPanelTest : public EditPanelFixture {
     save(written.rgbSwapped());
     QTRY_VERIFY_WITH_TIMEOUT(!Regions()[0].edit.operations.empty(), kWaitMs);
     QVERIFY(Measured());
-    QVERIFY(!window_->canvas().cloud_shown());  // it would hide what was made
+    QVERIFY(!window_->canvas().cloud_shown());  // it would hide the change
     const ColorEdit edit = Edit();
     QCOMPARE(edit.operations.size(), size_t{1});
     const ColorOperation& picture = edit.operations[0];
@@ -431,8 +431,8 @@ class EditPanelTest : public EditPanelFixture {
     QVERIFY(swatches->colors().empty());
   }
 
-  // The keyboard stays where it is: at the plus that was pressed, and Tab goes from it to what lies
-  // beside it.
+  // The keyboard stays at the plus that was pressed, and Tab goes from there to the next
+  // control.
   void KeptColorsLeaveTheFocus() {
     QVERIFY(AddPlain());
     auto* plus = Find<QToolButton>("swatch_add");
@@ -481,7 +481,7 @@ class EditPanelTest : public EditPanelFixture {
     QVERIFY(Find<QSlider>("saturation.factor_slider")->hasFocus());
   }
 
-  // The scene's, not those of what is drawn over it or shown in its place.
+  // The scene's color, not that of overlays or of other pictures.
   void APickedColorIsTheScenes() {
     QVERIFY(AddPlain());
     Canvas& canvas = window_->canvas();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What changes the scene, in the window on a synthetic workspace: edits, the optimizer, sessions,
-// exports, and what goes wrong meanwhile.
+// Changes of the scene, in the window on a synthetic workspace: edits, the optimizer, sessions,
+// exports, and failures during them.
 #include <atomic>
 
 #include <QAction>
@@ -243,7 +243,7 @@ class EditingTest : public ViewerTest {
     const auto sh = controller().colors().sh();
     controller().Do(RenameRegion{id, "pot"});
     QTRY_VERIFY_WITH_TIMEOUT(window_->IsModified(), kWaitMs);
-    // Opened again: asks about what was not saved.
+    // Opened again: asks about unsaved changes.
     QSignalSpy restored(&window_->sessions(), &SessionStore::restored);
     window_->files().OpenSession(folder);
     QVERIFY(WaitDialog(*window_));
@@ -333,7 +333,7 @@ class EditingTest : public ViewerTest {
     canvas().SetCloudShown(false);
     const auto facts = controller().facts();
     const auto out = scene_->folder() / "two.ply";
-    // The canvas, once it shows what the session exports; null when it does not.
+    // The canvas, once it shows the session's export; null if it does not.
     const auto shown = [&]() -> QImage {
       QSignalSpy written(&controller().results(), &SceneResults::written);
       controller().results().WriteSplat(out);

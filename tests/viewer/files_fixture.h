@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the tests of files share: a window on a scene, folders of their own, and the way through the
-// menus and dialogs.
+// Shared by the tests of files: a window on a scene, separate folders, and the way through menus
+// and dialogs.
 #pragma once
 
 #include <filesystem>

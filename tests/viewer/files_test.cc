@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Scenes opened by menu, key and drop, recent ones, the start page, and what cannot be opened.
+// Scenes opened by menu, key and drop, recent ones, the start page, and faults.
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -112,7 +112,7 @@ class FilesTest : public FilesFixture {
     QCOMPARE(dialog->findChild<QLineEdit*>("workspace")->text(),
              QString::fromStdString(bad.string()));
     QVERIFY(dialog->findChild<QLabel*>("open_problem")->text().contains("splat.ply"));
-    // What was wrong is put right, in the same form.
+    // The fault is corrected in the same form.
     Type(dialog, "splat", scene_->workspace() / "splat.ply");
     QSignalSpy opened(&controller(), &SceneController::opened);
     open(dialog);
@@ -221,7 +221,7 @@ class FilesTest : public FilesFixture {
     PressKey(*window_, Qt::Key_O, Qt::ControlModifier);
     auto* dialog = window_->findChild<QDialog*>("open_dialog");
     QVERIFY(dialog && dialog->isVisible());
-    // It begins with what is open.
+    // It starts with the open scene.
     QCOMPARE(dialog->findChild<QLineEdit*>("workspace")->text(),
              QString::fromStdString(scene_->workspace().string()));
     opened.clear();
@@ -253,7 +253,7 @@ class FilesTest : public FilesFixture {
     QVERIFY(Opened(opened));
     QCOMPARE(Regions().size(), size_t{1});
     QVERIFY(window_->windowTitle().contains("work.retint"));
-    // One that is gone is said to be so and leaves the list, and what is open stays.
+    // A missing scene is reported and leaves the list; the open one stays.
     fs::remove_all(folder);
     for (QAction* entry : Recent()) {
       if (entry->text().endsWith("work.retint")) session = entry;
@@ -281,7 +281,7 @@ class FilesTest : public FilesFixture {
     QCOMPARE(card->toolTip(), path);
   }
 
-  // Said at once, and not after a question about what is open.
+  // Reported at once, not after a question about the open scene.
   void ARecentSceneThatIsGoneLeavesTheStartPage() {
     const fs::path other = Fresh() / "moved";
     fs::copy(scene_->workspace(), other, fs::copy_options::recursive);
@@ -379,7 +379,7 @@ class FilesTest : public FilesFixture {
     QVERIFY(Drop(*window_, folder));
     QVERIFY(Opened(opened));
     QCOMPARE(Regions().size(), size_t{1});
-    // Its folder may have another name, and what is in it stands for it.
+    // Its folder may have another name, and its contents identify it.
     const fs::path renamed = Fresh() / "renamed";
     fs::copy(folder, renamed, fs::copy_options::recursive);
     QStringList content;
@@ -507,7 +507,7 @@ class FilesTest : public FilesFixture {
     QVERIFY(Drop(*window_, bad));
     const QString error = ReadError(*window_);
     QVERIFY2(error.contains(named), qPrintable(error));
-    // The window goes on with what was open, and opens what is good.
+    // The window keeps the open scene, and opens a good one.
     QVERIFY(controller().facts() == facts && !controller().IsBusy());
     PressKey(*window_, Qt::Key_Right);
     QCOMPARE(canvas().navigation().view(), facts->views[1]);

@@ -83,7 +83,7 @@ TEST_P(LensPictureTest, IsWhatFilesHold) {
   const PhotoPixels pixels(&model);
   const DistortedPhoto& photo = pixels.photos().front();
   const LensPicture picture(lens_, GetParam().width, GetParam().height);
-  // Each face another gray, so that what counts is how they fade into each other.
+  // Each face has another gray, to show how faces are blended.
   std::vector<Mask> faces;
   for (size_t f = 0; f < lens_->faces.size(); ++f) {
     const Camera& camera = lens_->faces[f].camera;

@@ -38,7 +38,7 @@ class OpenDialogTest : public FilesFixture {
     QVERIFY(OpenForm(scene_->workspace() / "splat.ply"));
     QVERIFY(Says("Renders and photos agree: "));
     QVERIFY(open()->isEnabled());
-    // Nothing is compared without a workspace, where there is nothing to align with either.
+    // Without a workspace there is nothing to compare or to align.
     Type(dialog_, "workspace", "");
     QTRY_VERIFY_WITH_TIMEOUT(fit()->text().isEmpty(), kWaitMs);
     QVERIFY(!align()->isEnabled());

@@ -148,8 +148,8 @@ class PaintedTest : public ViewerTest {
     QVERIFY(TakenIn());
     QVERIFY(First().edit.HasPaint());
     QVERIFY(!ChangesNothing(First().edit));  // so that the optimizer starts by itself, where it may
-    // Where the paint is, the view shows it rather than what was there: nearly all of it, but for
-    // the borders, which the Gaussians soften.
+    // In painted pixels, the view shows nearly all of the paint, except for borders, which the
+    // Gaussians soften.
     QTRY_VERIFY_WITH_TIMEOUT(canvas().IsSharp() && Apart(Shown(), picture, bands) <
                                                        0.6 * Apart(plain_here, picture, bands),
                              kWaitMs);
@@ -160,7 +160,7 @@ class PaintedTest : public ViewerTest {
     QVERIFY(controller().colors().optimizer().state == BackgroundOptimizer::State::kIdle);
     QVERIFY(!First().fit);
 
-    // The fit makes it sharper, and is nearer to it than to what there was.
+    // The fit makes it sharper, and closer to the paint than to the old colors.
     controller().colors().StartRefit();
     QTRY_VERIFY_WITH_TIMEOUT(
         controller().colors().optimizer().state == BackgroundOptimizer::State::kFinished, kWaitMs);
@@ -171,8 +171,8 @@ class PaintedTest : public ViewerTest {
     QVERIFY2(before > 5 && now < 0.6 * before, qPrintable(QString("%1 %2").arg(now).arg(before)));
   }
 
-  // Steps after the picture are not in it, so that they are applied once, and what was not painted
-  // stays as it is.
+  // The picture does not include later steps, so they are applied once. Unpainted pixels do not
+  // change.
   void ASecondPictureChangesNothingElse() {
     QVERIFY(!PaintElsewhere().isNull());
     QVERIFY(TakenIn());
@@ -226,7 +226,7 @@ class PaintedTest : public ViewerTest {
     QVERIFY(!banner.IsShown());
   }
 
-  // The regions go on with the finer splat, and so does what the other program has open.
+  // The regions work on the finer splat, and so does the picture in the other program.
   void LargeGaussiansAreSplit() {
     QVERIFY(!window_->findChild<QAbstractButton*>("picture_split")->isEnabled());
     QVERIFY(!PaintElsewhere().isNull());
@@ -239,7 +239,7 @@ class PaintedTest : public ViewerTest {
     QVERIFY(Click("picture_split"));
     QVERIFY(WaitDialog(*window_));
     window_->dialogs().box()->close();
-    // What is painted and was left would be lost with the scene.
+    // Strokes that were left would be lost with the scene.
     window_->EnterSelection();
     QVERIFY(WaitPainting(*window_));
     SelectionCanvas& paper = window_->selection().canvas();
@@ -297,7 +297,7 @@ class PaintedTest : public ViewerTest {
     QCOMPARE(layers(), size_t(1));
   }
 
-  // It is said that it was not taken, and what was there stays.
+  // A message says that it was rejected, and the old picture stays.
   void APictureOfAnotherSizeIsRefused() {
     QVERIFY(!PaintElsewhere().isNull());
     QVERIFY(TakenIn());

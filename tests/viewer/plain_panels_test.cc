@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What people expect of any panel: numbers that follow the mouse, controls that stay where they
-// are, nothing cut, and what few need out of sight.
+// Expectations for any panel: numbers follow the mouse, controls stay in place, nothing is cut, and
+// rare settings are out of sight.
 #include <cmath>
 
 #include <QDialog>

@@ -99,7 +99,7 @@ class RegionsPanelTest : public PanelsFixture {
     QTest::mouseClick(List()->viewport(), Qt::LeftButton, {}, CheckBoxOf(1, RegionsPanel::kSolo));
     QCOMPARE(Controller().solo(), RegionId(0));
     QTRY_VERIFY(*Controller().colors().sh() == both);
-    // It shows what is left when the other one is hidden.
+    // It shows the rest when the other one is hidden.
     QVERIFY(alone != both);
     Controller().Do(SetVisible{Regions()[0].id, false});
     QTRY_VERIFY(*Controller().colors().sh() == alone);
@@ -113,7 +113,7 @@ class RegionsPanelTest : public PanelsFixture {
     auto* square = Find<ColorSquare>("color_square");
     QSignalSpy shown(&Controller().colors(), &SceneColors::shChanged);
     DragHeld(square, {{10, 10}, {40, 30}, {80, 60}, {120, 80}});
-    // Of the size that it has now: what is said of the color may take room from it later.
+    // Of its current size: a message about the color may take room from it later.
     const double s = 120.0 / (square->width() - 1), v = 1 - 80.0 / (square->height() - 1);
     QVERIFY(Regions()[0].edit.Affine().gain != before.Affine().gain);
     QTRY_VERIFY_WITH_TIMEOUT(shown.count() > 0, kWaitMs);  // the button is still down
@@ -238,7 +238,7 @@ class RegionsPanelTest : public PanelsFixture {
     QCOMPARE(List()->topLevelItem(0)->text(RegionsPanel::kStrength), QString("89 %"));
   }
 
-  // What one types, and one drag, is one step.
+  // Typed text is one step, and so is a drag.
   void AStrengthIsOneStep() {
     QVERIFY(AddRegions());
     Select(0);
@@ -294,7 +294,7 @@ class RegionsPanelTest : public PanelsFixture {
         if (!turns || !control->isVisible() || !control->isEnabled()) continue;
         ++controls;
         window_->canvas().setFocus();
-        // Qt gives the focus to what takes it by the wheel before the wheel turns there.
+        // Before the wheel turns a control, Qt gives it the focus if it accepts that.
         QVERIFY2(control->focusPolicy() != Qt::WheelFocus, qPrintable(control->objectName()));
         const QVariant before = value(control);
         turn(control);

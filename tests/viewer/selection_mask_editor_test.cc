@@ -17,7 +17,7 @@ using Eigen::Vector2d;
 constexpr Combine kAll[] = {Combine::kReplace, Combine::kAdd, Combine::kRemove,
                             Combine::kIntersect};
 
-// The rectangle of what differs; the editor's answer must hold it.
+// The bounds of the differences; the editor's answer must contain them.
 GridRect Difference(const Mask& a, const Mask& b) {
   GridRect rect;
   for (int y = 0; y < a.height; ++y) {
@@ -324,8 +324,8 @@ TEST(MaskEditor, TheHistoryKeepsToItsBudget) {
   EXPECT_TRUE(tiny.CanUndo()) << "the newest step always stays";
 }
 
-// The cost of a move is the brush's, not the image's: the box that a move reports is as large as
-// the brush, and a move is far cheaper than the image.
+// The cost of a move depends on the brush, not on the image: its box is as large as the brush, and
+// it is far cheaper than the image.
 TEST(MaskEditor, AMoveTouchesTheBrushAlone) {
   MaskEditor editor(4000, 3000);
   editor.BeginStroke({2000, 1500}, {20, 1}, Combine::kAdd);

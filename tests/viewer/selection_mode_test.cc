@@ -305,7 +305,7 @@ class SelectionModeTest : public QObject {
     const auto half = SelectionOf(id);
     const double before = MeanIou(*half);
     QVERIFY(Enter(Entry(second_, id)));
-    // It starts from what the first round reaches here.
+    // It starts from the first round's selection in this view.
     QCOMPARE(mode_->canvas().editor().mask().data, half->masks.at(Name(second_)).data);
     Paint(Truth(second_));
     QCOMPARE(Accept(), id);
@@ -382,7 +382,7 @@ class SelectionModeTest : public QObject {
     QVERIFY(id != 0);
     QVERIFY(MeanIou(*SelectionOf(id)) > 0.6);
     QCOMPARE(SelectionOf(id)->source.painted[0].name, std::string("free view 1"));
-    // And a later round, from where no view stands: the selection as seen from there.
+    // A later round from a place without a view: the selection as seen from there.
     entry.camera.cam_from_world.translation.z() += 0.1;
     entry.region = id;
     QVERIFY(Enter(entry));
@@ -508,7 +508,7 @@ class SelectionModeTest : public QObject {
     QTRY_COMPARE_WITH_TIMEOUT(mode_->state(), SelectionMode::State::kPainting, kWait);
     QVERIFY(!mode_->message().isEmpty());
     QVERIFY(controller_->regions().regions.empty());
-    // Unless it comes back: what was painted is still there.
+    // Unless it comes back: then the strokes are still there.
     const auto painted = mode_->canvas().editor().mask().data;
     QTest::keyClick(&mode_->canvas(), Qt::Key_Return);
     QVERIFY2(mode_->message().contains("was removed"), qPrintable(mode_->message()));

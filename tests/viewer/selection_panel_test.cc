@@ -186,7 +186,7 @@ class SelectionPanelTest : public ViewerTest {
     QCOMPARE(again.front().front().value<RegionId>(), first);
   }
 
-  // What the command line's name does not say to everybody.
+  // Words for users who do not know the command line's name.
   void OptionsHavePlainLabelsAndHelp() {
     for (const char* form : {"selection_options", "refit_options"}) {
       for (auto* label : Find<QWidget>(form)->findChildren<QLabel*>()) {

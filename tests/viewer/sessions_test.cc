@@ -86,7 +86,7 @@ class SessionsTest : public FilesFixture {
     window_->files().OpenSession(folder);
     QVERIFY(Opened(opened));
     QVERIFY(!window_->canvas().cloud_shown());
-    // Of a scene without edits, points show what is found.
+    // In a scene without edits, points show the selection.
     opened.clear();
     window_->files().OpenScene(scene_->Request());
     QVERIFY(Opened(opened));
@@ -254,7 +254,7 @@ class SessionsTest : public FilesFixture {
     QVERIFY(!badge->toolTip().contains("shares.bin"));
   }
 
-  // What a program that died left behind; process_test.cc has one die.
+  // Files of a program that crashed; process_test.cc makes one crash.
   void RecoveryIsOfferedOnce() {
     fs::remove_all(AutosaveDataFolder());
     QVERIFY(AddRegion("pot"));

@@ -13,7 +13,7 @@
 namespace retint {
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kMeasured = false;  // the sanitizer holds on to what was freed
+constexpr bool kMeasured = false;  // the sanitizer keeps freed memory
 #else
 constexpr bool kMeasured = true;
 #endif
@@ -32,7 +32,7 @@ class SoakTest : public ViewerTest {
   float Unit() { return float(random_() % 1000) / 1000; }
   RegionId Any() { return Regions()[size_t(Below(int(Regions().size())))].id; }
 
-  // Of this process, once the allocator has given back what is free.
+  // Memory of this process, after the allocator has returned free memory.
   static double ResidentMb() {
     malloc_trim(0);
     long total = 0, resident = 0;
@@ -55,7 +55,7 @@ class SoakTest : public ViewerTest {
     QTest::keyClick(&canvas(), Qt::Key_B);
     SelectionMode& mode = window_->selection();
     const auto paints = [&] { return mode.state() == SelectionMode::State::kPainting; };
-    // What was painted elsewhere and left is asked about.
+    // A question about strokes on another view, which were left.
     if (!QTest::qWaitFor([&] { return paints() || window_->dialogs().box(); }, kWaitMs))
       return false;
     if (window_->dialogs().box() && !ClickRole(*window_, QMessageBox::DestructiveRole))
@@ -70,7 +70,7 @@ class SoakTest : public ViewerTest {
     }
     const bool accept = Below(2) == 0 && Regions().size() < kMostRegions;
     QTest::keyClick(&paper, accept ? Qt::Key_Return : Qt::Key_Escape);
-    // What cannot become a selection is said, and left with Esc.
+    // If paint cannot become a selection, a message says so, and Esc leaves.
     (void)QTest::qWaitFor([&] { return mode.state() != SelectionMode::State::kComputing; },
                           kWaitMs);
     if (window_->IsSelecting()) QTest::keyClick(&paper, Qt::Key_Escape);
@@ -148,8 +148,8 @@ class SoakTest : public ViewerTest {
     return true;
   }
 
-  // `count` things, and after each what the window says is what the session says. Then everything
-  // taken back.
+  // `count` actions; after each, window and session must agree. Then undoes
+  // everything.
   bool Round(int count) {
     for (int i = 0; i < count; ++i) {
       const RegionSet before = controller().regions();
@@ -200,7 +200,7 @@ class SoakTest : public ViewerTest {
   }
 
   void RandomEditsLeaveNothingBehind() {
-    // What is made once and kept (caches, threads, fonts) is made here.
+    // Caches, threads and fonts, which are made once and kept, are made here.
     QVERIFY(Round(120));
     QVERIFY(Reopen());
     const double before = ResidentMb();
@@ -215,7 +215,7 @@ class SoakTest : public ViewerTest {
     qInfo("%s", qPrintable(figures));
     if (!kMeasured) return;
     QVERIFY2(after < 1.1 * before, qPrintable(figures));
-    // What can be redone is kept, within the history's budget.
+    // Redo keeps memory, within the history's budget.
     QVERIFY2(undone < 1.5 * before, qPrintable(figures));
   }
 };

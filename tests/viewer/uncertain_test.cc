@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What paint has not decided, hatched in the picture and as an order of the views; and what a
-// stroke selects while it is drawn, beside the paint and in the pictures of the other views. By
+// Undecided pixels of the paint, hatched in the picture and as an order of the views. The selection
+// of a stroke while the user draws it, beside the paint and in the pictures of other views. With
 // mouse and keys.
 #include <cmath>
 
@@ -76,7 +76,7 @@ class UncertainTest : public ViewerTest {
     return deepest;
   }
 
-  // Where the completion leaves a fifth and more open, as the worker sees it.
+  // Pixels for which the completion is at least 0.2 uncertain, as the worker sees it.
   Mask Undecided() {
     Mask mask;
     const auto shares = window_->uncertainty().found()->undecided;
@@ -105,7 +105,7 @@ class UncertainTest : public ViewerTest {
     PressKey(*window_, Qt::Key_U);
     QVERIFY(window_->action("show.uncertain")->isChecked());
     QVERIFY(QTest::qWaitFor([&] { return window_->uncertainty().found() != nullptr; }, kWaitMs));
-    // What it was at is said in plain words.
+    // The current stage in plain words.
     QStringList stages;
     for (const auto& step : progress) stages << step.at(0).toString();
     QVERIFY2(stages.contains("deciding what nobody painted"), qPrintable(stages.join(", ")));
@@ -168,7 +168,7 @@ class UncertainTest : public ViewerTest {
     QVERIFY(list->item(0)->toolTip().contains("would settle"));
     QVERIFY(list->viewport()->rect().contains(list->visualItemRect(list->item(0)).center()));
 
-    // What is painted there goes on with the region, in the other orders it is a new one.
+    // Strokes there continue the region; in other orders they make a new one.
     Q_EMIT list->itemActivated(list->item(0));
     QVERIFY(WaitSharp(*window_));
     QCOMPARE(canvas().picture()->name, views.front().view);
@@ -214,7 +214,7 @@ class UncertainTest : public ViewerTest {
     overlays.clear();
     paper.Edited(paper.editor().Fill(Truth(subject_.first), Combine::kReplace));
     QVERIFY(QTest::qWaitFor([&] { return !preview.IsBusy(); }, kWaitMs));
-    // What the painted view does not see of it is missing, but little else is there.
+    // Parts that the painted view does not see are missing, and not much else is there.
     double most = 0;
     for (const auto& [name, truth] : scene_->Masks(subject_.object)) {
       const QImage overlay = overlays.value(QString::fromStdString(name));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Scenes of spherical and very wide photos in the real window: a photo that takes several pinhole
-// views is one picture, which one looks at and paints on as it is.
+// Scenes of spherical and very wide photos in the real window. A photo with several pinhole views
+// is one picture, to look at and to paint on.
 #include <cmath>
 #include <set>
 
@@ -132,7 +132,7 @@ class WidePhotosTest : public DistortedFixture {
       QCOMPARE(item->data(kPicture).value<QImage>().size(), SmallSize());
     }
 
-    // The canvas shows what the library makes of the faces.
+    // The canvas shows the library's picture of the faces.
     Keep(*window_, qPrintable("wide-canvas-" + lens));
     const std::string first = subject_.first;
     QCOMPARE(canvas().picture()->name, first);

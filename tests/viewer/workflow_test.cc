@@ -88,7 +88,7 @@ class WorkflowTest : public ViewerTest {
   }
   void cleanup() { window_.reset(); }
 
-  // What the note of the points says is true of the mask.
+  // The note about the points also describes the mask.
   void TheNoteOfThePointsFollowsTheMask() {
     PressKey(*window_, Qt::Key_Return);
     QVERIFY(Painting());
@@ -146,8 +146,8 @@ class WorkflowTest : public ViewerTest {
     QVERIFY(IouOf(Selection()->masks.at(subject_.first), Truth(subject_.first)) > 0.6);
     QVERIFY2(MeanIou() > 0.5, qPrintable(QString::number(MeanIou())));
 
-    // Its points are drawn on the object and nowhere else, with a note that they are not all that
-    // is selected; M shows them, in place of the mask, and takes them away.
+    // Its points appear only on the object, with a note that the selection has more. M shows them
+    // instead of the mask, and hides them.
     PressKey(*window_, Qt::Key_M, Qt::ShiftModifier);
     PressKey(*window_, Qt::Key_M);
     QVERIFY(WaitSharp(*window_));
@@ -192,7 +192,7 @@ class WorkflowTest : public ViewerTest {
     QCOMPARE(redone.operations.size(), size_t{1});
     QVERIFY(redone.operations[0].kind == ColorOperationKind::kRecolor);
     QCOMPARE(NamedColor(redone).name(), QString("#2040ff"));
-    QVERIFY(!redone.NeedsMainColor());  // what was measured is part of the edit
+    QVERIFY(!redone.NeedsMainColor());  // the measured color is part of the edit
   }
 
   void ASecondRoundFromAnotherViewExtendsAndItsUndoShows() {
