@@ -129,7 +129,7 @@ struct OnnxModel::State {
     }
   }
 
-  // False if CUDA is not to be had.
+  // False if CUDA is not to be had; `provider` then says why.
   bool Open(bool cuda) {
     ort::SessionOptions* made = nullptr;
     Check(api.create_session_options(&made), "");
@@ -146,11 +146,12 @@ struct OnnxModel::State {
     }
     try {
       ort::CudaOptions* device = nullptr;
-      Check(api.create_cuda_options(&device), "");
+      runtime.Check(api.create_cuda_options(&device), "");
       const Owned<ort::CudaOptions> owned(device, api.release_cuda_options);
-      Check(api.add_cuda(made, device), "");
-      Check(api.create_session(runtime.env, file.c_str(), made, &session), "");
-    } catch (const InputError&) {  // no driver or library; if it is the file, the CPU fails too
+      runtime.Check(api.add_cuda(made, device), "");
+      runtime.Check(api.create_session(runtime.env, file.c_str(), made, &session), "");
+    } catch (const RunError& error) {  // no driver or library; if it is the file, the CPU fails too
+      provider += std::string(", because CUDA failed: ") + error.what();
       return false;
     }
     provider = "CUDA";
@@ -260,7 +261,9 @@ struct OnnxModel::State {
     ort::Status* const status = running.get();
     if (monitor.IsCancelled() && status) api.release_status(status);
     monitor.ThrowIfCancelled();
-    Check(status, "ONNX Runtime cannot run it: ");
+    Check(status, provider == "CUDA" ? "ONNX Runtime cannot run it on the GPU (provider=cpu would "
+                                       "leave it out): "
+                                     : "ONNX Runtime cannot run it: ");
   }
 
   std::filesystem::path file;

@@ -41,6 +41,7 @@ class OnnxModel {
   const std::vector<NetworkPort>& inputs() const { return inputs_; }
   const std::vector<NetworkPort>& outputs() const { return outputs_; }
   // "hitnet.onnx (xxh64 0123456789abcdef, ONNX Runtime 1.29.0, CPU)": results depend on all of it.
+  // If the runtime has CUDA and it fails, the reason follows.
   const std::string& Identity() const { return identity_; }
 
   // All outputs of the network, empty those that are no tensors of numbers. `inputs`: a tensor for
