@@ -127,6 +127,7 @@ void WarnOfCutStrokes(const StrokeFlag& flag, const UserPicture& view, Run& run)
 // MaskFromScribbles() reports that.
 void CheckCrossings(const ViewMaskRequest& request, const StrokeFlag& inside,
                     const StrokeFlag& outside, const Pictures& pictures, const UserPicture& view) {
+  if (request.inside.Empty()) return;  // a network finds the inside
   if (2 * CountInside(request.outside) > request.outside.NumPixels()) return;
   size_t pixel = 0;
   while (!(IsInside(request.inside.data[pixel]) && IsInside(request.outside.data[pixel]))) {
