@@ -12,6 +12,7 @@
 #include "base/files.h"
 #include "base/staged_output.h"
 #include "colmap_io/image_io.h"
+#include "colmap_io/png_text.h"
 #include "retint/common.h"
 #include "retint/help.h"
 #include "scene/image_checks.h"
@@ -268,7 +269,14 @@ void MakeMask(const Arguments& arguments, Run& run) {
   WarnOfMismatch({arguments.view}, *session, run);
   const size_t inside = CountInside(mask);
   StagedOutput staged;
-  staged.Add(arguments.output, [&](const auto& path) { WritePng(path, mask); });
+  const std::string outlined_by = request.network ? request.network->Identity()
+                                  : arguments.mask.empty()
+                                      ? ""
+                                      : ReadPngText(arguments.mask, kOutlinedBy);
+  staged.Add(arguments.output, [&](const auto& path) {
+    const std::string png = EncodePng(mask);
+    WriteFile(path, outlined_by.empty() ? png : WithPngText(png, kOutlinedBy, outlined_by));
+  });
   run.monitor().ThrowIfCancelled();
   run.Commit(staged);
   run.FinishProgress();
@@ -277,7 +285,7 @@ void MakeMask(const Arguments& arguments, Run& run) {
     run.Warn(
         fmt::format("the wand took {} of the view's pixels: larger tolerances take more", inside));
   }
-  if (request.network) run.Print("outlined by " + request.network->Identity());
+  if (request.network) run.Print("outlined by " + outlined_by);
   run.Print(fmt::format("wrote a mask of {:.2f} % of view {} to {}",
                         100.0 * double(inside) / double(mask.NumPixels()), view.name,
                         arguments.output.string()));
