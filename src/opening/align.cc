@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <system_error>
@@ -27,32 +28,49 @@ using Matrix7d = Eigen::Matrix<double, 7, 7>;
 
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 
-// One photo at every level of detail, and where it was taken, in the world.
+// One photo at every level of detail, and where it was taken, in the world. Without photos, the
+// colors of the sparse points that the view saw, and NaN elsewhere.
 struct Target {
   Rigid3d cam_from_world;
   std::vector<ReducedPhoto> levels;  // coarse first
 };
 
+ReducedPhoto PointsSeen(const Reconstruction& model, const View& view, const Camera& camera,
+                        int step) {
+  ReducedPhoto seen = Reduced(Image(camera.width, camera.height), camera, step);
+  Image& picture = seen.photo;
+  std::fill(picture.data.begin(), picture.data.end(), float(kNothing));
+  for (const Observation& observation : view.observations) {
+    if (observation.point_id == kInvalidPointId) continue;
+    const auto& color = model.points.at(observation.point_id).color;
+    const int x = int(std::floor(observation.xy.x() / step)),
+              y = int(std::floor(observation.xy.y() / step));
+    if (!picture.Contains(x, y)) continue;
+    for (int c = 0; c < 3; ++c) picture(x, y, c) = float(color[c]) / 255;
+  }
+  return seen;
+}
+
 constexpr int kLevelSteps[] = {4, 2, 1};  // of the finest level
 
-std::vector<Target> ReadTargets(const Workspace& workspace, const AlignOptions& options,
-                                Monitor& monitor) {
-  std::vector<const View*> views;
-  for (const View* view : workspace.reconstruction.ViewsByName()) {
-    if (workspace.HasPhoto(*view)) views.push_back(view);
-  }
+// Of `most` of the views, evenly spread.
+std::vector<Target> ReadTargets(const Workspace& workspace, const std::vector<const View*>& views,
+                                size_t most, int longest_side, Monitor& monitor) {
+  const Reconstruction& model = workspace.reconstruction;
   std::vector<Target> targets;
-  const size_t count = std::min(views.size(), size_t(options.views));
+  const size_t count = std::min(views.size(), most);
   for (size_t k = 0; k < count; ++k) {
     monitor.Step("align", 0, 1);
     const View& view = *views[k * views.size() / count];
-    const PosedCamera posed = workspace.reconstruction.Posed(view);
+    const PosedCamera posed = model.Posed(view);
     const int longest = std::max(posed.camera.width, posed.camera.height);
-    const int step = std::max(1, longest / options.longest_side);
-    const Image photo = workspace.ReadPhoto(view);
+    const int step = std::max(1, longest / longest_side);
+    const bool has_photo = workspace.HasPhoto(view);
+    const Image photo = has_photo ? workspace.ReadPhoto(view) : Image();
     Target target{posed.cam_from_world, {}};
     for (const int coarser : kLevelSteps) {
-      target.levels.push_back(Reduced(photo, posed.camera, step * coarser));
+      target.levels.push_back(has_photo ? Reduced(photo, posed.camera, step * coarser)
+                                        : PointsSeen(model, view, posed.camera, step * coarser));
     }
     if (!target.levels.front().photo.Empty()) targets.push_back(std::move(target));
   }
@@ -179,6 +197,7 @@ class Comparison {
       const double fx = posed.camera.fx(), fy = posed.camera.fy();
       for (int y = 0; y < photo.height; ++y) {
         for (int x = 0; x < photo.width; ++x) {
+          if (std::isnan(photo(x, y, 0))) continue;
           pixels += 1;
           Eigen::Matrix<double, 2, 7> flow = Eigen::Matrix<double, 2, 7>::Zero();
           const double z = output.depth_expected(x, y);
@@ -302,6 +321,17 @@ AlignResult ByPhotos(Comparison& comparison, std::vector<Start> starts) {
   return result;
 }
 
+AlignResult ByPoints(Comparison& comparison, const Start& start) {
+  constexpr int kRounds = 10;
+  constexpr size_t kFinest = std::size(kLevelSteps) - 1;
+  Sim3d splat_from_world = start.splat_from_world;
+  comparison.Expect(int(kFinest));
+  for (size_t level = 1; level <= kFinest; ++level) {
+    splat_from_world = comparison.Refine(splat_from_world, level, kRounds);
+  }
+  return {splat_from_world.Inverse(), start.source, kNothing, kNothing};
+}
+
 }  // namespace
 
 ReducedPhoto Reduced(const Image& photo, const Camera& camera, int step) {
@@ -336,20 +366,25 @@ AlignResult Align(const std::shared_ptr<Backend>& backend, const Workspace& work
                   const AlignOptions& options, Monitor& monitor) {
   CheckOption(options.views >= 1, "the number of views to compare must be at least 1");
   CheckOption(options.longest_side >= 32, "pictures must be at least 32 pixels long");
-  Comparison comparison(backend, model, ReadTargets(workspace, options, monitor), monitor);
+  constexpr size_t kViewsForAPhoto = 2;  // points say less
+  const std::vector<const View*> views = workspace.reconstruction.ViewsByName();
+  std::vector<const View*> photos;
+  std::ranges::copy_if(views, std::back_inserter(photos),
+                       [&](const View* view) { return workspace.HasPhoto(*view); });
+  const size_t most = size_t(options.views) * (photos.empty() ? kViewsForAPhoto : 1);
+  Comparison comparison(
+      backend, model,
+      ReadTargets(workspace, photos.empty() ? views : photos, most, options.longest_side, monitor),
+      monitor);
   std::vector<Start> starts = Starts(workspace, model, files, options.given, monitor);
-  if (!comparison.Empty()) return ByPhotos(comparison, std::move(starts));
-  AlignResult result;
-  result.psnr_before = result.psnr_after = kNothing;
+  if (!photos.empty() && !comparison.Empty()) return ByPhotos(comparison, std::move(starts));
   // A file says it outright; of the points' candidates the first is the best.
   const size_t best = 1;
   if (starts.size() <= best) {
     throw InputError(workspace.root,
                      "has neither photos nor sparse points enough to align a splat by");
   }
-  result.world_from_splat = starts[best].splat_from_world.Inverse();
-  result.source = starts[best].source;
-  return result;
+  return ByPoints(comparison, starts[best]);
 }
 
 }  // namespace retint

@@ -20,7 +20,8 @@ namespace retint {
 
 struct AlignOptions {
   Sim3d given;             // how the splat is thought to lie, world from splat
-  int views = 8;           // with photos, evenly spread, that renders are compared with
+  int views = 8;           // with photos, evenly spread, to compare renders with; twice as many
+                           // without photos
   int longest_side = 320;  // pixels of these renders at the finest of three levels
 };
 
@@ -48,9 +49,10 @@ std::vector<std::filesystem::path> FindTransformFiles(const std::filesystem::pat
 // Gaussians' centers (opening/point_registration.h). The one whose renders are most like the
 // photos is refined, coarse to fine, by Levenberg-Marquardt on robust color differences.
 // Their derivatives follow from the renders' gradients and depths (Lucas and Kanade 1981).
-// Without photos only the points decide. InputError if there are neither points nor photos,
-// or no start at which renders and photos have anything in common. Stages: "points",
-// "align".
+// Without photos, the first file or the best registration of the points is the start, and renders
+// are compared with the colors of the sparse points at the pixels that saw them. InputError if
+// there are neither points nor photos, or no start at which renders and photos have anything in
+// common. Stages: "points", "align".
 AlignResult Align(const std::shared_ptr<Backend>& backend, const Workspace& workspace,
                   const GaussianModel& model, const std::vector<std::filesystem::path>& files,
                   const AlignOptions& options, Monitor& monitor);

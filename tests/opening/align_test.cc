@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include "scene/transform.h"
+#include "splat_io/splat_io.h"
+#include "tests/support/data.h"
+
 namespace retint {
 namespace {
 
@@ -21,6 +25,26 @@ TEST(Align, APhotoThatIsNoWholeNumberOfPixelsKeepsItsScale) {
   EXPECT_EQ(reduced.camera.fy(), 7);
   EXPECT_EQ(reduced.camera.cx(), 4.5);
   EXPECT_EQ(reduced.camera.cy(), 2.5);
+}
+
+// Truth by damage: a similarity is put on a splat, and taken off again.
+TEST(Align, WithoutPhotosTheSparsePointsSettleTheTurn) {
+  RETINT_REQUIRE_DATA("flower");
+  Monitor monitor;
+  const TempFolder no_photos;
+  const Workspace workspace = Workspace::Open(DataPath("flower"), no_photos.path());
+  GaussianModel model = ReadSplat(DataPath("flower") / "splat.ply");
+  const Sim3d damage{
+      1.7, Eigen::Quaterniond(Eigen::AngleAxisd(0.6, Eigen::Vector3d(1, 2, -1).normalized())),
+      Eigen::Vector3d(4, -1, 2)};
+  Transform(damage, model);
+  const AlignResult result = Align(CreateBackend("cpu"), workspace, model, {}, {}, monitor);
+  EXPECT_EQ(result.source, "points");
+  EXPECT_TRUE(std::isnan(result.psnr_after));
+  const Sim3d left = Compose(result.world_from_splat, damage);
+  const double degrees = left.rotation.angularDistance(Eigen::Quaterniond::Identity()) * 180 / M_PI;
+  EXPECT_LT(degrees, 0.05);  // the points' places alone leave 0.36
+  EXPECT_NEAR(left.scale, 1, 0.005);
 }
 
 }  // namespace
