@@ -6,7 +6,6 @@
 #include "base/files.h"
 #include "base/staged_output.h"
 #include "editing/match_scene.h"
-#include "opening/render_model.h"
 #include "reporting/export.h"
 #include "reporting/match_report.h"
 #include "reporting/report_html.h"
@@ -21,57 +20,34 @@ namespace {
 
 struct Arguments {
   SceneArguments scene;
-  std::filesystem::path output, like, report, page;
-  std::string map = "auto", gray, checker;
+  MatchRecipe match;
+  std::filesystem::path output, report, page;
   int holdout = 4;
 };
 
-SceneMatchRequest RequestOf(const Arguments& arguments) {
-  SceneMatchRequest request;
-  request.map = MatchMapNamed(arguments.map);
-  if (!arguments.gray.empty()) request.gray = ParseCard("gray", arguments.gray);
-  if (!arguments.checker.empty()) request.checker = ParseCard("checker", arguments.checker);
-  return request;
-}
-
 void Match(const Arguments& arguments, Run& run) {
-  SceneMatchRequest request = RequestOf(arguments);
+  arguments.match.Check();
   CodecForWriting(arguments.output);
   for (const auto& path : {arguments.output, arguments.report, arguments.page}) {
     if (!path.empty()) CheckOutput(path);
   }
-  GaussianModel like;
-  if (!arguments.like.empty()) {
-    like = ReadSplat(arguments.like, run.monitor());
-    ChooseRenderModel({}, arguments.like, {}, like);
-    request.like = &like;
-  }
   const auto session = OpenSession(arguments.scene, arguments.holdout, run);
   CheckStreamedSog(arguments.output, session->scene().original());
-  const SceneMatch match = MatchScene(*session, request, run.monitor());
-  const size_t views = session->scene().views().size(), compared = match.colors.views.size();
-  if (compared < views) {
-    run.Warn(
-        fmt::format("{} of {} views do not count: they have no photo, or too few pixels that "
-                    "can be compared",
-                    views - compared, views));
-  }
-  ApplyMatch(*session, match.colors, {}, run.monitor());
-  const std::string target =
-      request.like ? arguments.like.filename().string() : std::string("the photos");
-  const std::vector<std::string> sentences = SentencesOf(match.colors, target);
+  const SceneMatch match = MatchByRecipe(*session, arguments.match, run.monitor());
+  if (!match.warning.empty()) run.Warn(match.warning);
+  ApplyMatch(*session, match.colors, "match", run.monitor());
+  session->refits().Refit({}, run.monitor());
   StagedOutput staged;
   staged.Add(arguments.output, [&](const auto& path) { session->WriteSplat(path, run.monitor()); });
   if (!arguments.report.empty()) {
-    staged.Add(arguments.report,
-               [&](const auto& path) { WriteFile(path, ToJson(match, sentences)); });
+    staged.Add(arguments.report, [&](const auto& path) { WriteFile(path, ToJson(match)); });
   }
   if (!arguments.page.empty()) {
     HtmlReportOptions options;
     options.title = "Colors of " + arguments.scene.splat.filename().string() + " matched";
     options.command = run.globals().command;
     options.warnings = run.warnings();
-    options.content = PageOf(match, sentences);
+    options.content = PageOf(match);
     staged.Add(arguments.page, [&](const auto& path) {
       WriteFile(path, HtmlReport(*session, MakeReport(*session), options, run.monitor()));
     });
@@ -79,7 +55,6 @@ void Match(const Arguments& arguments, Run& run) {
   run.Commit(staged);
   WarnOfLosses(arguments.output, session->scene().original(), run);
   run.FinishProgress();
-  for (const std::string& sentence : sentences) run.Print(sentence);
   for (const std::string& line : LinesOf(match)) run.Print(line);
   for (const auto& path : {arguments.page, arguments.output, arguments.report}) {
     if (!path.empty()) run.Print(fmt::format("wrote        {}", path.string()));
@@ -97,23 +72,23 @@ void AddMatch(CLI::App& app, Globals& globals, Action& action) {
   AddPath(verb, "-o,--output", arguments->output, "Splat to write, in the format of its extension")
       ->required();
   CLI::Option* const like =
-      Everyday(verb, AddPath(verb, "--like", arguments->like,
+      Everyday(verb, AddPath(verb, "--like", arguments->match.like,
                              "Another splat of the same place and frame, such as `retint align` "
                              "writes: match its colors instead of the photos'"));
-  Everyday(verb, verb->add_option("--gray", arguments->gray,
+  Everyday(verb, verb->add_option("--gray", arguments->match.gray,
                                   "Gray card in the photo of a view, in its pixels, or its four "
                                   "corners: it becomes neutral")
                      ->type_name("VIEW:X,Y,W,H")
                      ->excludes(like)
                      ->default_str(""));
-  Everyday(verb, verb->add_option("--checker", arguments->checker,
+  Everyday(verb, verb->add_option("--checker", arguments->match.checker,
                                   "ColorChecker of 24 patches in the photo of a view, or its four "
                                   "corners: its patches get their published colors")
                      ->type_name("VIEW:X,Y,W,H")
                      ->excludes(like)
                      ->excludes(verb->get_option("--gray"))
                      ->default_str(""));
-  Everyday(verb, verb->add_option("--map", arguments->map,
+  Everyday(verb, verb->add_option("--map", arguments->match.map,
                                   "Kind of the map: one exposure, a white balance, a matrix, a "
                                   "matrix and a smooth table, or the plainest that held-out views "
                                   "do not show to be worse")

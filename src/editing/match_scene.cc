@@ -17,6 +17,8 @@
 #include "base/median.h"
 #include "base/option_name.h"
 #include "colmap_io/image_io.h"
+#include "opening/render_model.h"
+#include "splat_io/splat_io.h"
 
 namespace retint {
 namespace {
@@ -231,7 +233,12 @@ std::vector<MatchView> CompareViews(EditSession& session, const GaussianModel* l
                                        RendererOptions{.cache_bytes = 0});
   }
   const RenderRequest request{.depth_median = like != nullptr, .alpha = true, .cache = false};
+  constexpr size_t kHoldout = 4;
   const auto& heldout = scene.heldout_views();
+  const auto is_heldout = [&](size_t v) {
+    if (heldout.empty()) return v % kHoldout == 0;
+    return std::find(heldout.begin(), heldout.end(), scene.views()[v]) != heldout.end();
+  };
   std::vector<MatchView> compared;
   Overlap overlap;
   for (size_t v = 0; v < scene.views().size(); ++v) {
@@ -252,8 +259,7 @@ std::vector<MatchView> CompareViews(EditSession& session, const GaussianModel* l
       KeepUnclipped(to, distorted ? scene.workspace().photo_pixels->Reach(view.id) : Mask(),
                     &valid);
     }
-    MatchView one{
-        view.name, std::find(heldout.begin(), heldout.end(), &view) != heldout.end(), {}, {}};
+    MatchView one{view.name, is_heldout(v), {}, {}};
     AddCells(render.rgb, to, valid, &one);
     compared.push_back(std::move(one));
   }
@@ -296,12 +302,34 @@ CardInPhoto ParseCard(std::string_view option, std::string_view text) {
   return card;
 }
 
-SceneMatch MatchScene(EditSession& session, const SceneMatchRequest& request, Monitor& monitor) {
-  const int references =
-      (request.like ? 1 : 0) + (request.gray ? 1 : 0) + (request.checker ? 1 : 0);
-  CheckOption(references <= 1,
+void MatchRecipe::Check() const {
+  const bool known = map == "auto" || (map != "none" && MatchMapNamed(map));
+  CheckOption(known, fmt::format("{} is auto, exposure, balance, matrix or table, not {}",
+                                 OptionName("map"), map));
+  if (!gray.empty()) ParseCard("gray", gray);
+  if (!checker.empty()) ParseCard("checker", checker);
+  CheckOption(!like.empty() + !gray.empty() + !checker.empty() <= 1,
               fmt::format("only one of {}, {} and {} can be the reference", OptionName("like"),
                           OptionName("gray"), OptionName("checker")));
+}
+
+SceneMatch MatchByRecipe(EditSession& session, const MatchRecipe& recipe, Monitor& monitor) {
+  recipe.Check();
+  SceneMatchRequest request;
+  request.map = MatchMapNamed(recipe.map);
+  if (!recipe.gray.empty()) request.gray = ParseCard("gray", recipe.gray);
+  if (!recipe.checker.empty()) request.checker = ParseCard("checker", recipe.checker);
+  GaussianModel like;
+  if (!recipe.like.empty()) {
+    like = ReadSplat(recipe.like, monitor);
+    ChooseRenderModel({}, recipe.like, {}, like);
+    request.like = &like;
+    request.target = recipe.like.filename().string();
+  }
+  return MatchScene(session, request, monitor);
+}
+
+SceneMatch MatchScene(EditSession& session, const SceneMatchRequest& request, Monitor& monitor) {
   OpenScene& scene = session.scene();
   if (!request.like) RequirePhotos(scene);
   SceneMatch match;
@@ -314,22 +342,27 @@ SceneMatch MatchScene(EditSession& session, const SceneMatchRequest& request, Mo
   scene.renderer().SetSh(session.refits().CurrentSh());
   const std::vector<MatchView> views = CompareViews(session, request.like, monitor);
   match.colors = MatchColors(views, options);
+  match.sentences = SentencesOf(match.colors, request.target);
+  const size_t all = scene.views().size(), compared = match.colors.views.size();
+  if (compared < all) {
+    match.warning = fmt::format(
+        "{} of {} views do not count: they have no photo, or too few pixels that can be compared",
+        all - compared, all);
+  }
   return match;
 }
 
-void ApplyMatch(EditSession& session, const ColorMatch& match, const RefitJob& job,
-                Monitor& monitor) {
+RegionId ApplyMatch(EditSession& session, const ColorMatch& match, const std::string& name,
+                    Monitor& monitor) {
   OpenScene& scene = session.scene();
   std::map<std::string, Mask> masks;
   for (const View* view : scene.views()) {
     const Camera& camera = scene.reconstruction().cameras.at(view->camera_id);
     masks[view->name] = Mask(camera.width, camera.height, 255);
   }
-  session.store().Add("match", std::move(masks),
-                      std::vector<float>(scene.original().NumGaussians(), 1.0F), match.edit,
-                      monitor);
-  if (match.edit.OnColorsOf(scene.original()).IsAffine()) return;
-  session.refits().Refit(job, monitor);
+  return session.store().Add(name, std::move(masks),
+                             std::vector<float>(scene.original().NumGaussians(), 1.0F), match.edit,
+                             monitor);
 }
 
 }  // namespace retint

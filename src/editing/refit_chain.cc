@@ -36,6 +36,14 @@ void ApplyAlone(const RegionSet& state, size_t index, double threshold, int num_
   });
 }
 
+// Whether every Gaussian takes all of the region's edit, and that is an affine map of colors. Then
+// its closed form is exact, as blending and spherical harmonics are linear.
+bool IsExact(const Region& region, const GaussianModel& original) {
+  const ColorEdit edit = region.EffectiveEdit().OnColorsOf(original);
+  return edit.IsAffine() && !edit.HasPaint() &&
+         std::ranges::all_of(region.selection->shares, [](float share) { return share == 1; });
+}
+
 }  // namespace
 
 GaussianModel WithoutExtras(const GaussianModel& model) {
@@ -82,6 +90,15 @@ bool RefitChain::Step(Monitor& monitor) {
   while (index_ < regions.size()) {
     const Region& region = regions[index_];
     if (!region.visible) {
+      ++index_;
+      continue;
+    }
+    if (!refitter_ && IsExact(region, *input_.original)) {
+      FloatArray sh = ComposeSh(renderer_.backend(), input_.state, input_.job, index_, index_ + 1,
+                                CurrentSh(), *input_.original);
+      if (working_.sh.empty()) working_ = WithoutExtras(*input_.original);
+      working_.sh = std::move(sh);
+      left_.clear();
       ++index_;
       continue;
     }

@@ -17,7 +17,7 @@ Json Stops(const Eigen::Vector3d& stops) { return {stops[0], stops[1], stops[2]}
 
 }  // namespace
 
-std::string ToJson(const SceneMatch& match, const std::vector<std::string>& sentences) {
+std::string ToJson(const SceneMatch& match) {
   const ColorMatch& colors = match.colors;
   Json trials, views = Json::array();
   for (const MatchTrial& trial : colors.trials) trials[NameOf(trial.map)] = trial.error;
@@ -30,7 +30,7 @@ std::string ToJson(const SceneMatch& match, const std::vector<std::string>& sent
   }
   Json json = {{"version", Version()},
                {"map", NameOf(colors.map)},
-               {"sentences", sentences},
+               {"sentences", match.sentences},
                {"gray_stops", Stops(colors.gray_stops)},
                {"before", colors.before},
                {"after", colors.after},
@@ -47,12 +47,22 @@ std::string ToJson(const SceneMatch& match, const std::vector<std::string>& sent
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+std::string WithMatch(const std::string& report, const std::string& region,
+                      const SceneMatch& match) {
+  Json json = Json::parse(report);
+  for (Json& one : json["regions"]) {
+    if (one["name"] == region) one["match"] = Json::parse(ToJson(match));
+  }
+  return json.dump(2) + "\n";
+}
+
 std::vector<std::string> LinesOf(const SceneMatch& match) {
   const ColorMatch& colors = match.colors;
   const std::string of = colors.heldout > 0 ? fmt::format("{} held-out views", colors.heldout)
                                             : "the views that were fitted";
-  std::vector<std::string> lines = {fmt::format("DeltaE00     {:.2f} before, {:.2f} after, in {}",
-                                                colors.before, colors.after, of)};
+  std::vector<std::string> lines = match.sentences;
+  lines.push_back(fmt::format("DeltaE00     {:.2f} before, {:.2f} after, in {}", colors.before,
+                              colors.after, of));
   std::string trials;
   for (const MatchTrial& trial : colors.trials) {
     trials +=
@@ -66,10 +76,10 @@ std::vector<std::string> LinesOf(const SceneMatch& match) {
   return lines;
 }
 
-HtmlContent PageOf(const SceneMatch& match, const std::vector<std::string>& sentences) {
+HtmlContent PageOf(const SceneMatch& match) {
   const ColorMatch& colors = match.colors;
   HtmlContent page;
-  page.sentences = sentences;
+  page.sentences = match.sentences;
   const char* const of = colors.heldout > 0 ? "held-out views" : "fitted views";
   page.figures = {{fmt::format("DeltaE00 before, {}", of), fmt::format("{:.2f}", colors.before)},
                   {fmt::format("DeltaE00 after, {}", of), fmt::format("{:.2f}", colors.after)},

@@ -12,8 +12,11 @@
 namespace retint {
 
 // docs/matching.md lists the keys.
-std::string ToJson(const SceneMatch& match, const std::vector<std::string>& sentences);
+std::string ToJson(const SceneMatch& match);
+// A report of regions, with that of the match that found the edit of one.
+std::string WithMatch(const std::string& report, const std::string& region,
+                      const SceneMatch& match);
 std::vector<std::string> LinesOf(const SceneMatch& match);
-HtmlContent PageOf(const SceneMatch& match, const std::vector<std::string>& sentences);
+HtmlContent PageOf(const SceneMatch& match);
 
 }  // namespace retint

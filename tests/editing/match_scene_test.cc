@@ -107,7 +107,8 @@ class MatchSceneTest : public testing::Test {
     SceneMatch match = MatchScene(session, request, monitor_);
     RefitJob job;
     job.options.mm.iterations = 3;
-    ApplyMatch(session, match.colors, job, monitor_);
+    ApplyMatch(session, match.colors, "match", monitor_);
+    session.refits().Refit(job, monitor_);
     return match;
   }
   static double ErrorOf(EditSession& session) {
@@ -150,7 +151,7 @@ TEST_F(MatchSceneTest, PhotosOfDifferentExposureAreToldFromADrift) {
   for (size_t v = 0; v < 12; ++v) {
     EXPECT_NEAR(match.colors.views[v].stops.mean(), stops[v], 0.06) << v;
   }
-  EXPECT_THAT(SentencesOf(match.colors, "the photos").back(), HasSubstr("different exposure each"));
+  EXPECT_THAT(match.sentences.back(), HasSubstr("different exposure each"));
 }
 
 TEST_F(MatchSceneTest, AGrayCardSaysWhatIsNeutral) {
@@ -210,7 +211,7 @@ TEST_F(MatchSceneTest, ATableUndoesACurve) {
   EXPECT_LT(ErrorOf(*session), 0.7);
 }
 
-// Also of Gaussians that no view sees.
+// Also of Gaussians that no view sees, and after a fit of all regions.
 TEST_F(MatchSceneTest, AnAffineMapIsExact) {
   const auto session = Session(Damage());
   SceneMatchRequest request;
@@ -271,7 +272,7 @@ TEST_P(MatchCapture, ComesBack) {
   // The photos' own result for the splat that was trained from them.
   const ColorMatch of_truth = MatchScene(*intact, {}, monitor).colors;
   const SceneMatch match = MatchScene(*damaged, {}, monitor);
-  ApplyMatch(*damaged, match.colors, {}, monitor);
+  ApplyMatch(*damaged, match.colors, "match", monitor);
   EXPECT_GT(WorstHeldout(*damaged, damaged->scene().original().sh, truth.sh), 2.5);
   EXPECT_LT(WorstHeldout(*damaged, damaged->refits().CurrentSh(), truth.sh), 0.5);
   EXPECT_LT(std::abs(of_truth.gray_stops.mean()), 0.05);
