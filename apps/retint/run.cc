@@ -11,6 +11,7 @@
 #include "pipeline/edit_checks.h"
 #include "pipeline/edit_run.h"
 #include "pipeline/job_file.h"
+#include "reporting/match_report.h"
 #include "retint/common.h"
 #include "retint/help.h"
 #include "retint/results.h"
@@ -81,6 +82,10 @@ void RunJob(const Arguments& arguments, Run& run) {
   cache.Trim(arguments.keep_mb << 20);
   run.FinishProgress();
   for (const EditStage& stage : stages) PrintStage(stage, stage.cached ? "kept" : "done", run);
+  for (const RegionOutcome& outcome : edit.outcomes()) {
+    if (!outcome.match) continue;
+    for (const std::string& line : LinesOf(*outcome.match)) run.Print(line);
+  }
   PrintOutputs(job.outputs, run);
 }
 

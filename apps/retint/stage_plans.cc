@@ -140,6 +140,7 @@ std::vector<PlannedStage> PlanOf(const EditRecipe& recipe, const std::vector<Edi
         *std::ranges::find(recipe.regions, stage.region, &RegionRecipe::name);
     if (stage.name == "select") AddSelecting(&plan, NumPainted(region));
     if (stage.name == "project") AddProjecting(&plan, region.options.projector.Completes());
+    if (stage.name == "match") plan.push_back({"match", 3});
     if (stage.name == "refine") plan.push_back({"refine", 20});
     if (stage.name == "refit") plan.push_back(kRefit);
   }

@@ -69,6 +69,9 @@ void CheckSteps(const EditRecipe& recipe, const SceneSource& scene) {
                 folder.string() + " needs all views of the scene, and it is opened in parts");
   }
   CheckOption(!refines(), "Gaussians are split of a splat that is opened whole");
+  CheckOption(std::ranges::none_of(recipe.regions,
+                                   [](const RegionRecipe& one) { return one.match.has_value(); }),
+              "colors are matched of a splat that is opened whole");
 }
 
 void PlanOutputs(const EditRecipe& recipe, const SceneSource& scene, InputGuard& inputs) {

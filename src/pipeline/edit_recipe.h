@@ -13,6 +13,7 @@
 
 #include "colmap_io/mask_names.h"
 #include "editing/edit_options.h"
+#include "editing/match_scene.h"
 #include "recolor/color_edit.h"
 #include "recolor/finer_gaussians.h"
 #include "scene/splat_traits.h"
@@ -25,7 +26,7 @@ struct PaintFile {
 };
 
 // Selected by paint, by masks that were made elsewhere, or, if there are neither, by the changes in
-// the pictures of the edit.
+// the pictures of the edit. A match is everything, and its edit is found.
 struct RegionRecipe {
   std::string name;
   std::vector<PaintFile> paint;
@@ -33,7 +34,8 @@ struct RegionRecipe {
   bool invert_masks = false;                           // their black is inside
   std::map<std::string, std::filesystem::path> masks;  // by picture name
   EditOptions options;                                 // its refit is the recipe's
-  ColorEdit edit;
+  std::optional<MatchRecipe> match;
+  ColorEdit edit;  // without a match
   float strength = 1;
   std::optional<RefineOptions> refine;  // split large Gaussians before the fits
 };

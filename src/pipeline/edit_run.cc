@@ -23,6 +23,7 @@
 #include "recolor/edit_text.h"
 #include "reporting/export.h"
 #include "reporting/export_photos.h"
+#include "reporting/match_report.h"
 #include "reporting/report_html.h"
 #include "saving/session_file.h"
 #include "scene/mask_pixels.h"
@@ -97,6 +98,10 @@ EditRun::RegionPlan EditRun::ReadRegion(const RegionRecipe& region) {
   const std::string& method = region.options.select.depth_method;
   plan.keeps_cloud = keeps_stages_ && recipe_.outputs.stages.empty() &&
                      (method == "stereo-hv" || method == "gaussian");
+  if (region.match) {
+    plan.is_painted = plan.keeps_cloud = false;
+    return plan;
+  }
   if (!region.paint.empty()) return plan;
   if (region.mask_folder.empty() && region.masks.empty()) {
     CheckOption(!PicturesOf(region.edit).empty(),
@@ -184,6 +189,7 @@ void EditRun::AddKeys() {
 }
 
 std::vector<EditStage> EditRun::SelectionStages(const RegionPlan& plan) const {
+  if (plan.region->match) return {{plan.region->name, "match", {}, false}};
   if (!plan.is_painted) return {};
   const bool projected = plan.keeps_cloud && cache_.Has("project", plan.project_key);
   const bool selected = projected || (plan.keeps_cloud && cache_.Has("select", plan.select_key));
@@ -305,9 +311,16 @@ void EditRun::Project(RegionPlan& plan, RegionOutcome& outcome, Monitor& monitor
 void EditRun::AddRegion(RegionPlan& plan, RegionOutcome& outcome, Monitor& monitor) {
   EditSession& session = scene_.session();
   const RegionRecipe& recipe = *plan.region;
-  outcome.id = session.store().Add(recipe.name, std::move(plan.selection.masks),
-                                   std::move(plan.selection.shares), plan.edit, monitor,
-                                   std::move(plan.selection.source));
+  if (recipe.match) {
+    for (const EditStage& stage : SelectionStages(plan)) Tell(stage);
+    outcome.match = MatchByRecipe(session, *recipe.match, monitor);
+    if (!outcome.match->warning.empty()) Warn(plan, outcome.match->warning);
+    outcome.id = ApplyMatch(session, outcome.match->colors, recipe.name, monitor);
+  } else {
+    outcome.id = session.store().Add(recipe.name, std::move(plan.selection.masks),
+                                     std::move(plan.selection.shares), plan.edit, monitor,
+                                     std::move(plan.selection.source));
+  }
   const Region* region = session.store().regions().Find(outcome.id);
   if (!recipe.refine && scene_.IsWhole()) {
     const PaintDetail detail = DetailOfPaint(*region, session.scene());
@@ -500,7 +513,12 @@ void EditRun::StageReports(StagedOutput& staged, const std::vector<std::string>&
   }
   if (!outputs.report.empty()) {
     staged.Add(outputs.report, [&](const fs::path& path) {
-      WriteFile(path, WithFormatError(ToJson(report_), format_error_));
+      std::string json = WithFormatError(ToJson(report_), format_error_);
+      for (size_t i = 0; i < outcomes_.size(); ++i) {
+        if (!outcomes_[i].match) continue;
+        json = WithMatch(json, recipe_.regions[i].name, *outcomes_[i].match);
+      }
+      WriteFile(path, json);
     });
   }
 }

@@ -28,7 +28,8 @@ namespace retint {
 
 struct EditStage {
   std::string region;
-  // "select" (to a cloud), "project" (to masks), "refine" (to smaller Gaussians) or "refit".
+  // "select" (to a cloud), "project" (to masks), "match" (to an edit), "refine" (to smaller
+  // Gaussians) or "refit".
   std::string name;
   std::string key;      // of everything that it depends on; empty: nothing is kept
   bool cached = false;  // its result is there already
@@ -46,6 +47,7 @@ struct RegionOutcome {
   SelectionResult selected;                // filled if outputs.stages are wanted
   std::vector<float> confidence, visible;  // of the only region, if its masks were completed here
   std::optional<RefineSummary> refined;    // if Gaussians were split
+  std::optional<SceneMatch> match;         // of a recipe's match
 };
 
 // Measures the edit in so many views at most (0: all), in every row_step-th row of pixels.

@@ -39,6 +39,7 @@ class JobReader {
   // Adds sentences for people to the job's warnings.
   RegionRecipe Region(const Node& node, EditRecipe& job) const;
   void Selection(const Node& node, RegionRecipe* region) const;
+  MatchRecipe Match(const Node& node) const;
   ColorEdit Edit(const Node& node, std::vector<std::string>* warnings) const;
   EditOutputs Outputs(const Node& node) const;
   void CheckFiles(const EditRecipe& job, const Node& node) const;
@@ -150,6 +151,22 @@ void JobReader::Selection(const Node& node, RegionRecipe* region) const {
   if (region->masks.empty()) masks.Fail("names no mask");
 }
 
+MatchRecipe JobReader::Match(const Node& node) const {
+  node.AllowOnly({"map", "like", "gray", "checker"});
+  MatchRecipe match;
+  match.like = OptionalPath(node, "like");
+  for (const auto& [key, text] : {std::pair("map", &match.map), std::pair("gray", &match.gray),
+                                  std::pair("checker", &match.checker)}) {
+    if (node.Has(key)) *text = node.At(key).Bytes();
+  }
+  try {
+    match.Check();
+  } catch (const OptionError& error) {
+    node.Fail(error.what());
+  }
+  return match;
+}
+
 ColorEdit JobReader::Edit(const Node& node, std::vector<std::string>* warnings) const {
   try {
     if (node.json().is_string()) return ReadEdit(Path(node), warnings);
@@ -162,8 +179,13 @@ ColorEdit JobReader::Edit(const Node& node, std::vector<std::string>* warnings) 
 }
 
 RegionRecipe JobReader::Region(const Node& node, EditRecipe& job) const {
-  node.AllowOnly(
-      {"name", "paint", "masks", "invert_masks", "edit", "strength", "options", "refine"});
+  const bool matches = node.Has("match");
+  if (matches) {
+    node.AllowOnly({"name", "match", "strength"});
+  } else {
+    node.AllowOnly(
+        {"name", "paint", "masks", "invert_masks", "edit", "strength", "options", "refine"});
+  }
   RegionRecipe region;
   region.name = node.At("name").Text();
   // It names a folder of masks.
@@ -173,10 +195,14 @@ RegionRecipe JobReader::Region(const Node& node, EditRecipe& job) const {
   if (region.name.size() > kLongestName) {
     node.At("name").Fail("has more than " + std::to_string(kLongestName) + " bytes");
   }
-  Selection(node, &region);
   std::vector<std::string> warnings;
-  region.edit = Edit(node.At("edit"), &warnings);
-  if (region.edit.operations.empty()) node.At("edit").Fail("has no operation");
+  if (matches) {
+    region.match = Match(node.At("match"));
+  } else {
+    Selection(node, &region);
+    region.edit = Edit(node.At("edit"), &warnings);
+    if (region.edit.operations.empty()) node.At("edit").Fail("has no operation");
+  }
   for (const std::string& warning : warnings) {
     job.warnings.push_back("region '" + region.name + "': " + warning);
   }
@@ -228,6 +254,7 @@ void JobReader::CheckFiles(const EditRecipe& job, const Node& node) const {
   for (const RegionRecipe& region : job.regions) {
     for (const PaintFile& paint : region.paint) add(&read, "a mask", paint.mask);
     for (const auto& [image, mask] : region.masks) add(&read, "a mask", mask);
+    if (region.match) add(&read, "the splat of \"like\"", region.match->like);
   }
   for (const fs::path& splat : job.outputs.splats) add(&written, "one of splats", splat);
   try {

@@ -94,16 +94,27 @@ Json RegionSchema() {
       {"description", "a folder of <image name>.png, or files by image name"},
       {"oneOf",
        {Text("the folder"), {{"type", "object"}, {"additionalProperties", {{"type", "string"}}}}}}};
+  Json match = Object(
+      {{"map", {{"enum", {"auto", "exposure", "balance", "matrix", "table"}}, {"default", "auto"}}},
+       {"like", Text("another splat in the same frame; else the photos")},
+       {"gray", Text("VIEW:X,Y,WIDTH,HEIGHT of a gray card, or its four corners")},
+       {"checker", Text("the same of a ColorChecker of 24 patches")}});
+  match["description"] =
+      "finds the edit that brings all colors to the photos' or another splat's; excludes paint, "
+      "masks and edit";
   Json region = Object({{"name", Text("unique; its folder of masks")},
                         {"paint", {{"type", "array"}, {"minItems", 1}, {"items", paint}}},
                         {"masks", masks},
                         {"invert_masks", {{"type", "boolean"}, {"default", false}}},
+                        {"match", match},
                         {"edit", EditSchema()},
                         {"strength", {{"type", "number"}, {"minimum", 0}, {"maximum", 1}}},
                         {"options", OptionsSchema(selection)},
                         {"refine", refine}},
-                       {"name", "edit"});
-  region["oneOf"] = {{{"required", {"paint"}}}, {{"required", {"masks"}}}};
+                       {"name"});
+  region["oneOf"] = {{{"required", {"paint", "edit"}}},
+                     {{"required", {"masks", "edit"}}},
+                     {{"required", {"match"}}}};
   return region;
 }
 

@@ -67,6 +67,33 @@ TEST(Match, BringsASplatBackToItsPhotosAndToAnother) {
   result = RunRetint(arguments);
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_LT(Difference(ReadSplat(place.Out("like.ply")), truth), damage / 50);
+
+  // A job does the same, and the edit of a later region starts from it.
+  nlohmann::json job = {
+      {"retint_job", 1},
+      {"scene",
+       {{"workspace", place.in.string()}, {"splat", place.In("bright.ply")}, {"holdout", 4}}},
+      {"regions", {{{"name", "colors"}, {"match", {{"map", "exposure"}}}}}},
+      {"outputs", {{"splats", {place.Out("job.ply")}}, {"report", place.Out("job.json")}}}};
+  WriteFile(place.In("job.json"), job.dump());
+  result = RunRetint({"run", place.In("job.json"), "--progress", "none"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.out, testing::HasSubstr("match        done     colors"));
+  EXPECT_THAT(result.out, testing::HasSubstr("in 2 held-out views"));
+  EXPECT_TRUE(ReadFile(place.Out("job.ply")) == ReadFile(place.Out("out.ply")));
+  const auto found = nlohmann::json::parse(ReadFile(place.Out("job.json")))["regions"][0]["match"];
+  EXPECT_EQ(found["views"], report["views"]);
+  EXPECT_EQ(found["edit"], report["edit"]);
+
+  const nlohmann::json gray = {{"operations", {{{"op", "gray"}}}}};
+  job["regions"].push_back({{"name", "one"}, {"masks", place.In("masks")}, {"edit", gray}});
+  job["outputs"] = {{"splats", {place.Out("two.ply")}}};
+  WriteFile(place.In("job.json"), job.dump());
+  result = RunRetint({"run", place.In("job.json"), "--progress", "none"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  const GaussianModel two = ReadSplat(place.Out("two.ply"));
+  EXPECT_FALSE(two.sh == matched.sh);
+  EXPECT_LT(Difference(two, matched), damage / 2) << "most Gaussians are only matched";
 }
 
 // Twice as large: another frame.

@@ -95,6 +95,25 @@ TEST_F(JobFile, IsRead) {
   EXPECT_TRUE(job.outputs.masks.empty());
 }
 
+TEST_F(JobFile, ARegionMayBeAMatch) {
+  const auto with = [](const std::string& region) {
+    return R"({"retint_job": 1, "scene": {"workspace": "scene", "splat": "s.ply"},
+      "regions": [)" +
+           region + R"(], "outputs": {"splats": ["out.ply"]}})";
+  };
+  const EditRecipe job = Read(with(R"({"name": "a", "match": {"like": "b.ply"}})"));
+  ASSERT_TRUE(job.regions[0].match);
+  EXPECT_EQ(job.regions[0].match->like, temp_ / "b.ply");
+  EXPECT_EQ(job.regions[0].match->map, "auto");
+  EXPECT_THAT(Fault(with(R"({"name": "a", "match": {"map": "curve"}})")),
+              HasSubstr("regions[0].match: map is auto, exposure, balance, matrix or table"));
+  EXPECT_THAT(Fault(with(R"({"name": "a", "match": {"like": "b.ply", "gray": "v:1,2,3,4"}})")),
+              HasSubstr("only one of like, gray and checker"));
+  EXPECT_THAT(Fault(with(R"({"name": "a", "match": {}, "masks": "m"})")), HasSubstr("masks"));
+  EXPECT_THAT(Fault(with(R"({"name": "a", "match": {"like": "out.ply"}})")),
+              HasSubstr("would replace what the splat of \"like\" names"));
+}
+
 TEST_F(JobFile, ScenesMayLieElsewhereOrHaveNoWorkspace) {
   WriteFile(temp_ / "t.json", "{}");
   const EditRecipe moved =
