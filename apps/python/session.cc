@@ -11,11 +11,13 @@
 #include "base/staged_output.h"
 #include "colmap_io/nerfstudio.h"
 #include "editing/finer_session.h"
+#include "editing/match_scene.h"
 #include "opening/find_splat.h"
 #include "options.h"
 #include "rendering.h"
 #include "reporting/export.h"
 #include "reporting/export_photos.h"
+#include "reporting/match_report.h"
 #include "results.h"
 #include "saving/session_file.h"
 #include "splat_io/splat_io.h"
@@ -163,7 +165,35 @@ auto OfRegion(Work work) {
   };
 }
 
+py::dict Match(PySession& self, const py::object& like, const std::string& gray,
+               const std::string& checker, const std::string& map, py::object progress) {
+  const MatchRecipe recipe{map, ToPath(like), gray, checker};
+  RegionId id = 0;
+  const SceneMatch match =
+      self.Use(std::move(progress), [&](EditSession& session, Monitor& monitor) {
+        SceneMatch found = MatchByRecipe(session, recipe, monitor);
+        id = ApplyMatch(session, found.colors, "match", monitor);
+        try {
+          session.refits().Refit(session.store().job(), monitor);
+        } catch (...) {
+          session.store().history().Undo();
+          throw;
+        }
+        return found;
+      });
+  py::dict dict = FromJson(ToJson(match));
+  dict["region"] = id;
+  return dict;
+}
+
 void BindRegions(Sessions& type) {
+  type.def("match", &Match, py::arg("like") = py::none(), py::kw_only(), py::arg("gray") = "",
+           py::arg("checker") = "", py::arg("map") = "auto", py::arg("progress") = py::none(),
+           "Brings the colors of the scene to its photos', or to those of the splat in the file "
+           "`like`, as a region 'match' above the others. `gray`, `checker`: a card as "
+           "'VIEW:X,Y,WIDTH,HEIGHT' or with its four corners. `map`: 'auto', 'exposure', "
+           "'balance', 'matrix' or 'table'. Returns a dict with the keys of the report of "
+           "`retint match` and 'region', the region's id; undo() takes it back.");
   type.def("add_region", &AddRegion, py::arg("name"), py::arg("masks"), py::arg("edit"),
            py::arg("strength") = 1.0F, py::arg("progress") = py::none(),
            "Adds a region above the others and returns its id. `masks`: Masks, or a dict of image "

@@ -250,6 +250,26 @@ def test_align_finds_the_same_similarity(scene, folder):
     assert np.allclose(np.array(expected)[:3, :3], matrix[:3, :3], atol=0.02)
 
 
+def test_match_finds_what_the_command_line_finds(scene, folder):
+    bright = retint.Splat.read(scene.splat)
+    bright.sh[:, 0] += 0.2
+    bright.write(folder / "bright.ply")
+    run_retint("match", "--quiet", scene.folder, "--splat", folder / "bright.ply",
+               "--map", "balance", "--output", folder / "cli.ply", "--report", folder / "cli.json")
+    stages = set()
+    with retint.Session(scene.folder, folder / "bright.ply", holdout=4) as session:
+        before = session.sh
+        found = session.match(map="balance", progress=lambda stage, fraction: stages.add(stage))
+        assert session.region(found["region"]).name == "match"
+        assert np.array_equal(session.sh, retint.Splat.read(folder / "cli.ply").sh)
+        assert session.undo() and np.array_equal(session.sh, before)
+        with pytest.raises(retint.OptionError, match="only one of"):
+            session.match(scene.splat, gray="a.png:1,2,3,4")
+    expected = json.loads((folder / "cli.json").read_text(encoding="utf-8"))
+    assert found["after"] == expected["after"] < expected["before"]
+    assert "match" in stages
+
+
 def test_views_around_a_splat_alone(scene, folder):
     run_retint("cameras", "--quiet", scene.splat, "--views", 4, "--no-images",
                "--output", folder / "cameras")

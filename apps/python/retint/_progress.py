@@ -13,6 +13,7 @@ _STAGES: Dict[str, List[Tuple[str, float]]] = {
                 ("projection", 8)],
     "add_region": [("shares", 8)],
     "refit": [("refit", 30)],
+    "match": [("match", 15)],
     "evaluate": [("evaluate", 15)],
     "write_splat": [("save", 2)],
 }
