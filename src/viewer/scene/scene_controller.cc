@@ -34,6 +34,7 @@ QString StageText(const std::string& stage) {
       {"gaussians", QT_TRANSLATE_NOOP("retint::SceneController", "making Gaussians")},
       {"index", QT_TRANSLATE_NOOP("retint::SceneController", "sorting the Gaussians")},
       {"load", QT_TRANSLATE_NOOP("retint::SceneController", "reading files")},
+      {"match", QT_TRANSLATE_NOOP("retint::SceneController", "comparing colors")},
       {"photos", QT_TRANSLATE_NOOP("retint::SceneController", "reading photos")},
       {"pictures", QT_TRANSLATE_NOOP("retint::SceneController", "reading pictures")},
       {"points", QT_TRANSLATE_NOOP("retint::SceneController", "looking up the sparse points")},

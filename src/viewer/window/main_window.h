@@ -151,6 +151,8 @@ class MainWindow : public QMainWindow {
   void Prefer(const Preferences& preferences);
   void ShowKeys();
   // main_window_panels.cc
+  // Compares all colors with the photos', says what it found, and adds a region if the user agrees.
+  void MatchColors();
   void AddPanels();
   void AddStrip(Qt::DockWidgetArea side);
   void ShowStrips();

@@ -159,7 +159,10 @@ void MainWindow::BuildMenus() {
   history_ = edit->addMenu(tr("&History"));
   history_->setObjectName("history");
   connect(history_, &QMenu::aboutToShow, this, &MainWindow::FillHistory);
-  add(edit, {"", "selection.enter", "", "window.copy_picture", ""});
+  add(edit, {"", "selection.enter"});
+  edit->addAction(tr("&Match the photos' colors…"), this, &MainWindow::MatchColors)
+      ->setObjectName("match");
+  add(edit, {"", "window.copy_picture", ""});
   edit->addAction(tr("&Preferences…"), this, &MainWindow::ShowPreferences);
   QMenu* view = menuBar()->addMenu(tr("&View"));
   add(view, {"view.next", "view.previous", "", "camera.frame", "camera.reset", "camera.fly_mode",
@@ -334,6 +337,7 @@ void MainWindow::UpdateActions() {
   };
   action("edit.undo")->setEnabled(exploring && history.can_undo);
   action("edit.redo")->setEnabled(exploring && history.can_redo);
+  findChild<QAction*>("match")->setEnabled(exploring);
   history_->setEnabled(exploring && !history.labels.empty());
   action("edit.undo")->setText(label(tr("&Undo"), history.undo_label));
   action("edit.redo")->setText(label(tr("&Redo"), history.redo_label));
