@@ -41,7 +41,7 @@ class ExportsTest : public FilesFixture {
     request.splat = Fresh() / "bright.ply";
     WriteSplat(request.splat, bright);
     QSignalSpy opened(&controller(), &SceneController::opened);
-    window_->OpenScene(request);
+    window_->files().OpenScene(request);
     QVERIFY(Opened(opened));
     auto* match = window_->findChild<QAction*>("match");
     const auto ask = [&] {
@@ -52,7 +52,7 @@ class ExportsTest : public FilesFixture {
     QVERIFY(box && box->informativeText().contains("held-out views"));
     QVERIFY(box->defaultButton() == box->button(QMessageBox::Cancel));
     QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
-    QTRY_VERIFY(!window_->dialog());
+    QTRY_VERIFY(!window_->dialogs().box());
     QVERIFY(Settle(controller()));
     QVERIFY(Regions().empty());
     QVERIFY(ask());

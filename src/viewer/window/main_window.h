@@ -150,9 +150,9 @@ class MainWindow : public QMainWindow {
   void ShowPreferences();
   void Prefer(const Preferences& preferences);
   void ShowKeys();
-  // main_window_panels.cc
   // Compares all colors with the photos', says what it found, and adds a region if the user agrees.
   void MatchColors();
+  // main_window_panels.cc
   void AddPanels();
   void AddStrip(Qt::DockWidgetArea side);
   void ShowStrips();

@@ -18,8 +18,6 @@
 #include <QTabBar>
 #include <QToolBar>
 
-#include "editing/match_scene.h"
-#include "reporting/match_report.h"
 #include "viewer/panels/edit_panel.h"
 #include "viewer/panels/optimizer_panel.h"
 #include "viewer/panels/quality_panel.h"
@@ -286,34 +284,6 @@ void MainWindow::GoToColor() {
   action("panel.regions")->trigger();  // shows it
   regions_panel_->edit().ColorControl()->setFocus(Qt::OtherFocusReason);
   regions_panel_->MeasureAhead();
-}
-
-void MainWindow::MatchColors() {
-  const QString label = tr("Matching colors");
-  const auto found = [this, label](const SceneMatch& match) {
-    const ColorMatch& colors = match.colors;
-    QString text;
-    for (const std::string& line : LinesOf(match)) text += QString::fromStdString(line) + "\n";
-    if (!match.warning.empty()) text += QString::fromStdString(match.warning) + "\n";
-    if (colors.map == MatchMap::kNone) {
-      const QString title = tr("The colors stay as they are");
-      auto* box = new QMessageBox(QMessageBox::Information, title, title, QMessageBox::Close, this);
-      box->setInformativeText(text);
-      return ShowDialog(box);
-    }
-    const auto add = [colors](EditSession& session, Monitor& monitor) {
-      return ApplyMatch(session, colors, "match", monitor);
-    };
-    Ask(tr("Match the photos' colors?"), text, tr("&Match"),
-        [=, this] { controller_->Ask(label, add, [this](RegionId id) { SetCurrentRegion(id); }); });
-  };
-  controller_->Ask(
-      label,
-      [](EditSession& session, Monitor& monitor) {
-        session.refits().CollectFits();
-        return MatchByRecipe(session, {}, monitor);
-      },
-      found);
 }
 
 void MainWindow::AddPanels() {
