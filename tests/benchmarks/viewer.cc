@@ -95,9 +95,9 @@ class Bench {
     request.options.backend = flags_.backend;
     if (flags_.cache_mb > 0) request.options.cache_bytes = size_t(flags_.cache_mb) << 20;
     const Stopwatch open;
-    window_->OpenScene(request);
-    if (!WaitFor([&] { return canvas().frame() != nullptr || window_->dialog(); }) ||
-        window_->dialog()) {
+    window_->files().OpenScene(request);
+    if (!WaitFor([&] { return canvas().frame() != nullptr || window_->dialogs().box(); }) ||
+        window_->dialogs().box()) {
       return Fail("the scene does not open");
     }
     const double first = open.Milliseconds();

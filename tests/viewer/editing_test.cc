@@ -310,10 +310,10 @@ class EditingTest : public ViewerTest {
     *give_up = true;
     QVERIFY(ended);
     QCOMPARE(cancelled.count(), 1);
-    QVERIFY(!other.controller().IsOpen() && !other.dialog());
+    QVERIFY(!other.controller().IsOpen() && !other.dialogs().box());
     QVERIFY(other.findChild<QPushButton*>("welcome_open")->isVisible());
     // And then it opens.
-    other.OpenScene(scene_->Request());
+    other.files().OpenScene(scene_->Request());
     QTRY_COMPARE_WITH_TIMEOUT(opened.count(), 1, kWaitMs);
   }
 

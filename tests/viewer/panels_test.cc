@@ -433,7 +433,7 @@ class PanelsTest : public PanelsFixture {
     other.show();
     QSignalSpy restored(&other.sessions(), &SessionStore::restored);
     other.controller().colors().SetAutomaticRefit(false);
-    other.OpenSession(*folder_ / "edit.retint");
+    other.files().OpenSession(*folder_ / "edit.retint");
     QTRY_COMPARE_WITH_TIMEOUT(restored.count(), 1, kWaitMs);
     QTRY_VERIFY(SameBits(*other.controller().colors().sh(), before));
     QCOMPARE(other.findChild<RowTree*>("region_list")->topLevelItemCount(), 2);
