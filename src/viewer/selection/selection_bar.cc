@@ -290,15 +290,15 @@ void ToolStrip::Fit() {
   }
   const bool all = needed <= room;
   if (!all) room -= gap + more_->sizeHint().width();
-  bool fits = true;
   int in_row = 1;  // of the layout, after the buttons
   for (QWidget* option : options_) {
     if (!is_used(option)) {  // in the row or in the list, it is hidden
       in_row += option->parentWidget() == this;
       continue;
     }
-    room -= gap + option->sizeHint().width();
-    fits = fits && room >= 0;
+    const int taken = gap + option->sizeHint().width();
+    const bool fits = taken <= room;
+    if (fits) room -= taken;
     if (fits && option->parentWidget() != this) layout_->insertWidget(in_row, option);
     if (!fits && option->parentWidget() == this) list_->layout()->addWidget(option);
     option->show();
