@@ -371,9 +371,8 @@ void MainWindow::EnterSelection(RegionId region) {
   if (const auto frame = canvas_->frame()) entry.picture = frame->image;
   const auto enter = [this, entry] {
     if (!selection_->Enter(entry)) return;
-    pages_->setCurrentWidget(selection_);
+    ShowPage();
     selection_->setFocus();
-    UpdateActions();
   };
   if (selection_->Resumes(entry)) return enter();
   files_->AskOfPaint(tr("Paint elsewhere?"), enter);
