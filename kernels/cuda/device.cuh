@@ -13,6 +13,17 @@ namespace retint::cuda {
 
 inline constexpr unsigned kFullWarp = 0xffffffffu;
 
+#ifdef __CUDACC__
+__device__ inline unsigned WarpSum(unsigned value) {
+#if __CUDA_ARCH__ >= 800
+  return __reduce_add_sync(kFullWarp, value);
+#else
+  for (int offset = 16; offset > 0; offset /= 2) value += __shfl_xor_sync(kFullWarp, value, offset);
+  return value;
+#endif
+}
+#endif
+
 // Throws DeviceError("cudaCall: why"), or DeviceOutOfMemory for exhausted memory.
 void Check(cudaError_t code, const char* call);
 

@@ -13,11 +13,28 @@
 
 namespace retint::cuda {
 
-// Of a view that is prepared: visible Gaussians, entries of its tile lists, blocks that have
-// counted.
+// Of a view that is prepared: visible Gaussians, and entries of lists; `told` on the host only.
 struct ViewTotals {
-  unsigned rows, blocks_done;
+  unsigned rows, told;
   unsigned long long entries;
+
+  // Adds those of all threads of the block.
+  __device__ void AddFromBlock(unsigned of_rows, unsigned of_entries) {
+    __shared__ unsigned sum_rows;
+    __shared__ unsigned long long sum_entries;
+    if (threadIdx.x == 0) sum_rows = 0, sum_entries = 0;
+    __syncthreads();
+    of_rows = WarpSum(of_rows);
+    of_entries = WarpSum(of_entries);
+    if (threadIdx.x % 32 == 0) {
+      atomicAdd(&sum_rows, of_rows);
+      atomicAdd(&sum_entries, static_cast<unsigned long long>(of_entries));
+    }
+    __syncthreads();
+    if (threadIdx.x > 0) return;
+    if (sum_rows) atomicAdd(&rows, sum_rows);
+    if (sum_entries) atomicAdd(&entries, sum_entries);
+  }
 };
 
 // View-independent attributes; the 3D covariance is computed once, at upload.
@@ -34,7 +51,6 @@ struct CudaModel : Model {
   Scratch<float4> mean_opacity;      // [N] the same mean, and the activated opacity
   Scratch<Covariance3> covariances;  // [N]
   Scratch<float> coefficients;       // [N, K, 3]
-  Scratch<ViewTotals> totals;        // of the view under way; zero between views
 };
 
 // Explicit weights of a region: entries by tile and quarter of 8x8 pixels (4 tile + quarter), front

@@ -3,6 +3,7 @@
 // adjoint identity <W c, r> = <c, W^T r>.
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "tests/kernels/reference.h"
 #include "tests/kernels/test_scene.h"
@@ -377,56 +378,60 @@ TEST_P(BlendOp, LimitsChangeNoValueBetweenThem) {
   }
 }
 
-TEST_P(BlendOp, RowsAreSortedByDepthAndIndex) {
-  TestModel model = RandomModel(rng_, 500);
-  // Twins: the same place, so the index decides.
-  for (int g = 250; g < 500; ++g) {
-    for (int j = 0; j < 3; ++j)
-      model.means[size_t(3 * g + j)] = model.means[size_t(3 * (g - 250) + j)];
-  }
-  const auto uploaded = backend_->blend().UploadModel(model.arrays());
-  const CameraParams camera = TestCamera(120, 80);
-  const auto rows = RowsOf(*backend_, *backend_->blend().PrepareView(*uploaded, camera));
-  ASSERT_GT(rows.size(), 100u);
-  const auto depth = [&](int32_t g) {
-    float z = camera.translation[2];
-    for (int j = 0; j < 3; ++j) z += camera.rotation[6 + j] * model.means[size_t(3 * g + j)];
-    return z;
-  };
-  int twins = 0;
-  for (size_t i = 1; i < rows.size(); ++i) {
-    const float before = depth(rows[i - 1]), after = depth(rows[i]);
-    // z recomputed here may round differently.
-    EXPECT_TRUE(before < after + 1e-5f) << i;
-    if (rows[i] % 250 == rows[i - 1] % 250) {
-      EXPECT_LT(rows[i - 1], rows[i]);
-      ++twins;
-    }
-  }
-  EXPECT_GT(twins, 20);
-}
-
-TEST_P(BlendOp, RowsThatDifferInTheLastBitsOfDepthAreSorted) {
-  CameraParams camera = TestCamera(120, 80);
+// Gaussians that all cover one pixel, in the order in which it meets them: each then weighs less
+// than the one before.
+std::vector<int32_t> OrderOf(Backend& backend, const std::vector<float>& depths, float opacity) {
+  CameraParams camera = TestCamera(32, 32);
   const float identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   std::copy_n(identity, 9, camera.rotation);
   std::fill_n(camera.translation, 3, 0.0f);
-  TestModel model = RandomModel(rng_, 3000);
+  TestModel model;
+  for (const float depth : depths) {
+    model.means.insert(model.means.end(), {0, 0, depth});
+    model.quats.insert(model.quats.end(), {1, 0, 0, 0});
+    model.log_scales.insert(model.log_scales.end(), 3, std::log(5.0f));
+    model.logits.push_back(std::log(opacity / (1 - opacity)));
+    model.sh.insert(model.sh.end(), 3, 0.0f);
+  }
+  const auto uploaded = backend.blend().UploadModel(model.arrays());
+  const auto view = backend.blend().PrepareView(*uploaded, camera);
+  const auto rows = RowsOf(backend, *view);
+  std::vector<float> residual(32 * 32, 0.0f);
+  residual[size_t(32 * int(camera.cy) + int(camera.cx))] = 1;
+  const auto weights = RunTranspose(backend, *view, residual, 1);
+  std::vector<size_t> order(rows.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::sort(order.begin(), order.end(),
+            [&](size_t a, size_t b) { return weights[a] > weights[b]; });
+  std::vector<int32_t> gaussians;
+  for (const size_t r : order) gaussians.push_back(rows[r]);
+  return gaussians;
+}
+
+// Equal depths in the order of the indices.
+std::vector<int32_t> ByDepth(const std::vector<float>& depths) {
+  std::vector<int32_t> order(depths.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int32_t a, int32_t b) { return depths[size_t(a)] < depths[size_t(b)]; });
+  return order;
+}
+
+TEST_P(BlendOp, BlendsByDepthAndIndex) {
+  // Twins: the same place, so the index decides.
+  auto depths = UniformVector(rng_, 250, 3, 6);
+  depths.insert(depths.end(), depths.begin(), depths.begin() + 250);
+  EXPECT_EQ(OrderOf(*backend_, depths, 0.015f), ByDepth(depths));
+}
+
+TEST_P(BlendOp, BlendsByTheLastBitsOfDepth) {
   std::vector<float> depths;
-  for (size_t g = 0; g < 3000; ++g) {
-    // A thousand at one depth, the others within 400 of a float's steps.
+  for (int g = 0; g < 1500; ++g) {
+    // Five hundred at one depth, the others within 400 of a float's steps.
     const auto steps = g % 3 ? rng_() % 400 : 200;
     depths.push_back(5 + float(steps) * 0x1p-21f);
-    model.means[3 * g + 2] = depths.back();
   }
-  const auto uploaded = backend_->blend().UploadModel(model.arrays());
-  const auto rows = RowsOf(*backend_, *backend_->blend().PrepareView(*uploaded, camera));
-  ASSERT_GT(rows.size(), 1000u);
-  auto sorted = rows;
-  std::sort(sorted.begin(), sorted.end());
-  std::stable_sort(sorted.begin(), sorted.end(),
-                   [&](int32_t a, int32_t b) { return depths[size_t(a)] < depths[size_t(b)]; });
-  EXPECT_EQ(rows, sorted);
+  EXPECT_EQ(OrderOf(*backend_, depths, 0.0045f), ByDepth(depths));
 }
 
 // Lists may be cut behind the last feature, but not if coverage is requested too.
