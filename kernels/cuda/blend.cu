@@ -25,112 +25,95 @@ TileLists ListsOf(const CudaViewGeometry& view) {
 // The even rows alone, or fewer.
 bool IsEverySecondRow(uint16_t pixel_rows) { return (pixel_rows & 0xaaaa) == 0; }
 
-// Of one splat; a region also needs to know whether it is active.
-template <int C, bool IsRegion>
-struct Features {
-  float value[C];
-};
+// Of a splat; in a region, one more says whether it is active.
 template <int C>
-struct Features<C, true> {
-  float value[C];
-  float active;
+struct Values {
+  float of[C];
 };
 
 template <int C, bool IsRegion>
 __global__ void __launch_bounds__(kTileThreads) BlendKernel(TileLists lists, BlendParams params) {
-  using Payload = Features<C, IsRegion>;
-  __shared__ __align__(16) Batch<Payload> batches[kWarps];
+  constexpr int kSums = IsRegion ? C + 1 : C;
+  __shared__ Batch<Values<kSums>> batches[kWarps];
   const int index = lists.Index();
   if (params.keep_outside && lists.ranges[index].x == lists.ranges[index].y) return;
   const Lane lane = LaneOf(lists, lists.tile_ids ? lists.tile_ids[index] : index);
-  float t0 = lane.inside0 ? 1.0f : -1.0f, t1 = lane.inside1 ? 1.0f : -1.0f;
-  float sum0[C] = {}, sum1[C] = {};
-  float share0 = 0, share1 = 0;  // of the active splats of a region
+  Pixel pixel0(lane.inside0), pixel1(lane.inside1);
+  float sums0[kSums] = {}, sums1[kSums] = {};
   WalkTile(
       lists, index, lane, &batches[threadIdx.x / 32],
-      [&](int row, Payload* out) {
-        if constexpr (IsRegion) out->active = row < 0 ? 0.0f : 1.0f;
+      [&](int row, const Splat&, Values<kSums>* out) {
+        if constexpr (IsRegion) out->of[C] = row < 0 ? 0.0f : 1.0f;
 #pragma unroll
         for (int c = 0; c < C; ++c) {
-          out->value[c] = IsRegion && row < 0 ? 0.0f : params.features[int64_t(row) * C + c];
+          out->of[c] = IsRegion && row < 0 ? 0.0f : params.features[int64_t(row) * C + c];
         }
       },
-      [&](const Batch<Payload>& batch, int count) {
+      [&](const Batch<Values<kSums>>& batch, int count) {
 #pragma unroll 4
         for (int i = 0; i < count; ++i) {
-          const Splat s = batch.splats[i];
-          const float dx = float(lane.x) + 0.5f - s.x, dy = float(lane.y0) + 0.5f - s.y;
-          const float w0 = BlendStep(SplatExponent(s, dx, dy), &t0);
-          const float w1 = BlendStep(SplatExponent(s, dx, dy + kQuarter / 2), &t1);
-#pragma unroll
-          for (int c = 0; c < C; ++c) {
-            const float f = batch.payloads[i].value[c];
-            sum0[c] += w0 * f;
-            sum1[c] += w1 * f;
-          }
-          if constexpr (IsRegion) {
-            share0 += w0 * batch.payloads[i].active;
-            share1 += w1 * batch.payloads[i].active;
-          }
+          const auto item = batch.items[i];
+          const float2 exponents = ExponentsOf(item.splat, lane);
+          pixel0.template Add<kSums>(exponents.x, item.payload.of, sums0);
+          pixel1.template Add<kSums>(exponents.y, item.payload.of, sums1);
         }
       },
-      [&] { return t0 > 0 || t1 > 0; });
-  const auto store = [&](int y, float transmittance, float share, const float* sum) {
+      [&] { return pixel0.IsOpen() || pixel1.IsOpen(); });
+  const auto store = [&](int y, float left, const float* sums) {
     const int64_t pixel = int64_t(y) * lists.width + lane.x;
-    const float left = fabsf(transmittance);
 #pragma unroll
     for (int c = 0; c < C; ++c) {
-      params.image[pixel * C + c] = sum[c] + (params.background ? left * params.background[c] : 0);
+      params.image[pixel * C + c] = sums[c] + (params.background ? left * params.background[c] : 0);
     }
-    if (params.alpha) params.alpha[pixel] = IsRegion ? share : 1 - left;
+    if (params.alpha) params.alpha[pixel] = IsRegion ? sums[kSums - 1] : 1 - left;
   };
-  if (lane.inside0) store(lane.y0, t0, share0, sum0);
-  if (lane.inside1) store(lane.y1, t1, share1, sum1);
+  if (lane.inside0) store(lane.y0, pixel0.left, sums0);
+  if (lane.inside1) store(lane.y1, pixel1.left, sums1);
 }
 
 // A pixel is done when the rest of the list cannot take it over a limit. Shares lie in [0, 1], so
 // the pixel gains at most its transmittance, `behind` included.
 __global__ void __launch_bounds__(kTileThreads)
     BlendSharesKernel(TileLists lists, BlendSharesParams params) {
-  __shared__ __align__(16) Batch<float> batches[kWarps];
+  __shared__ Batch<float> batches[kWarps];
   const int index = lists.Index();
   const Lane lane = LaneOf(lists, index);
-  float t0 = lane.inside0 ? 1.0f : -1.0f, t1 = lane.inside1 ? 1.0f : -1.0f;
+  Pixel pixel0(lane.inside0), pixel1(lane.inside1);
   float sum0 = 0, sum1 = 0;
   WalkTile(
       lists, index, lane, &batches[threadIdx.x / 32],
-      [&](int row, float* share) { *share = params.shares[row]; },
+      [&](int row, const Splat&, float* share) { *share = params.shares[row]; },
       [&](const Batch<float>& batch, int count) {
 #pragma unroll 4
         for (int i = 0; i < count; ++i) {
-          const Splat s = batch.splats[i];
-          const float dx = float(lane.x) + 0.5f - s.x, dy = float(lane.y0) + 0.5f - s.y;
-          sum0 += BlendStep(SplatExponent(s, dx, dy), &t0) * batch.payloads[i];
-          sum1 += BlendStep(SplatExponent(s, dx, dy + kQuarter / 2), &t1) * batch.payloads[i];
+          const auto item = batch.items[i];
+          const float2 exponents = ExponentsOf(item.splat, lane);
+          sum0 += pixel0.Blend(exponents.x) * item.payload;
+          sum1 += pixel1.Blend(exponents.y) * item.payload;
         }
-        const auto end = [&](float* t, float sum) {
-          if (*t > 0 && (sum >= params.high || sum + *t <= params.low)) *t = -*t;
+        const auto end = [&](Pixel* pixel, float sum) {
+          if (sum >= params.high || sum + pixel->left <= params.low) pixel->End();
         };
-        end(&t0, sum0);
-        end(&t1, sum1);
+        end(&pixel0, sum0);
+        end(&pixel1, sum1);
       },
-      [&] { return t0 > 0 || t1 > 0; });
-  const auto store = [&](int y, float transmittance, float sum) {
-    params.image[int64_t(y) * lists.width + lane.x] = sum + fabsf(transmittance) * params.behind;
+      [&] { return pixel0.IsOpen() || pixel1.IsOpen(); });
+  const auto store = [&](int y, float left, float sum) {
+    params.image[int64_t(y) * lists.width + lane.x] = sum + left * params.behind;
   };
-  if (lane.inside0) store(lane.y0, t0, sum0);
-  if (lane.inside1) store(lane.y1, t1, sum1);
+  if (lane.inside0) store(lane.y0, pixel0.left, sum0);
+  if (lane.inside1) store(lane.y1, pixel1.left, sum1);
 }
 
 // With a row step of 2 every second row of pixels is visited, a pixel a lane.
 template <int C, int row_step>
 __global__ void __launch_bounds__(kTileThreads)
     BlendTransposeKernel(TileLists lists, BlendTransposeParams params, FixedSums to) {
-  __shared__ __align__(16) Batch<int> batches[kWarps];
+  __shared__ Batch<int> batches[kWarps];
   const int index = lists.Index(), lane_id = threadIdx.x % 32;
   const float per_unit = to.Load().per_unit;
   const Lane lane = LaneOf<row_step>(lists, lists.tile_ids ? lists.tile_ids[index] : index);
-  float t0 = lane.inside0 ? 1.0f : -1.0f, t1 = lane.inside1 ? 1.0f : -1.0f;
+  Pixel pixel0(lane.inside0), pixel1(lane.inside1);
   float residual0[C] = {}, residual1[C] = {};
   const auto read = [&](int y, float* residual) {
     const float* from = params.residual + (int64_t(y) * lists.width + lane.x) * C;
@@ -140,7 +123,8 @@ __global__ void __launch_bounds__(kTileThreads)
   if (lane.inside0) read(lane.y0, residual0);
   if (lane.inside1) read(lane.y1, residual1);
   WalkTile(
-      lists, index, lane, &batches[threadIdx.x / 32], [&](int row, int* out) { *out = row; },
+      lists, index, lane, &batches[threadIdx.x / 32],
+      [&](int row, const Splat&, int* out) { *out = row; },
       [&](const Batch<int>& batch, int count) {
         for (int first = 0; first < count; first += 8) {
           float sums[C][8];
@@ -149,10 +133,9 @@ __global__ void __launch_bounds__(kTileThreads)
           for (int i = 0; i < 8; ++i) {
             float w0 = 0, w1 = 0;
             if (first + i < count) {
-              const Splat s = batch.splats[first + i];
-              const float dx = float(lane.x) + 0.5f - s.x, dy = float(lane.y0) + 0.5f - s.y;
-              w0 = BlendStep(SplatExponent(s, dx, dy), &t0);
-              if (row_step == 1) w1 = BlendStep(SplatExponent(s, dx, dy + kQuarter / 2), &t1);
+              const float2 exponents = ExponentsOf(batch.items[first + i].splat, lane);
+              w0 = pixel0.Blend(exponents.x);
+              if (row_step == 1) w1 = pixel1.Blend(exponents.y);
             }
             any |= w0 > 0 || w1 > 0;
 #pragma unroll
@@ -160,11 +143,11 @@ __global__ void __launch_bounds__(kTileThreads)
           }
           if (!__any_sync(kFullWarp, any)) continue;
           const int mine = first + (lane_id >> 2);
-          const int row = mine < count ? batch.payloads[mine] : -1;
+          const int row = mine < count ? batch.items[mine].payload : -1;
           to.Add<C, 4>(per_unit, row, [&](int c) { return ReduceEight(sums[c]); });
         }
       },
-      [&] { return t0 > 0 || t1 > 0; });
+      [&] { return pixel0.IsOpen() || pixel1.IsOpen(); });
 }
 
 // The largest |residual| in the wanted rows of the tiles, a block each.
@@ -188,45 +171,46 @@ __global__ void __launch_bounds__(kTileThreads)
 template <int row_step>
 __global__ void __launch_bounds__(kTileThreads)
     DepthKernel(TileLists lists, const int32_t* gaussians, DepthParams params) {
-  __shared__ __align__(16) Batch<bool> batches[kWarps];  // whether it is left out
+  struct Payload {
+    float depth;
+    bool left_out;
+  };
+  __shared__ Batch<Payload> batches[kWarps];
   const int index = lists.Index();
   const Lane lane = LaneOf<row_step>(lists, index);
-  float t0 = lane.inside0 ? 1.0f : -1.0f, t1 = lane.inside1 ? 1.0f : -1.0f;
+  Pixel pixel0(lane.inside0), pixel1(lane.inside1);
   float sum0 = 0, sum1 = 0, median0 = 0, median1 = 0;
-  const auto step = [&](const Splat& s, float exponent, float* t, float* sum, float* median) {
-    const float before = *t;
-    const float weight = BlendStep(exponent, t);
-    *sum += weight * s.depth;
-    if (weight > 0 && before >= params.threshold && *t < params.threshold) *median = s.depth;
+  const auto step = [&](float depth, float exponent, Pixel* pixel, float* sum, float* median) {
+    const float before = pixel->left;
+    *sum += pixel->Blend(exponent) * depth;
+    if (before >= params.threshold && pixel->left < params.threshold) *median = depth;
   };
   WalkTile(
       lists, index, lane, &batches[threadIdx.x / 32],
-      [&](int row, bool* left_out) {
-        *left_out = params.left_out && params.left_out[gaussians[row]];
+      [&](int row, const Splat& splat, Payload* out) {
+        *out = {splat.depth, params.left_out && params.left_out[gaussians[row]]};
       },
-      [&](const Batch<bool>& batch, int count) {
+      [&](const Batch<Payload>& batch, int count) {
         for (int i = 0; i < count; ++i) {
-          if (batch.payloads[i]) continue;
-          const Splat s = batch.splats[i];
-          const float dx = float(lane.x) + 0.5f - s.x, dy = float(lane.y0) + 0.5f - s.y;
-          step(s, SplatExponent(s, dx, dy), &t0, &sum0, &median0);
-          if (row_step == 1) {
-            step(s, SplatExponent(s, dx, dy + kQuarter / 2), &t1, &sum1, &median1);
-          }
+          const auto item = batch.items[i];
+          if (item.payload.left_out) continue;
+          const float2 exponents = ExponentsOf(item.splat, lane);
+          step(item.payload.depth, exponents.x, &pixel0, &sum0, &median0);
+          if (row_step == 1) step(item.payload.depth, exponents.y, &pixel1, &sum1, &median1);
         }
       },
-      [&] { return t0 > 0 || t1 > 0; });
-  const auto store = [&](int y, float t, float sum, float median) {
+      [&] { return pixel0.IsOpen() || pixel1.IsOpen(); });
+  const auto store = [&](int y, float left, float sum, float median) {
     const int64_t pixel = int64_t(y) * lists.width + lane.x;
-    const float alpha = 1 - fabsf(t);
+    const float alpha = 1 - left;
     if (params.median) params.median[pixel] = median;
     if (params.expected) {
       params.expected[pixel] = alpha > 0 && alpha >= params.min_alpha ? sum / alpha : 0;
     }
     if (params.alpha) params.alpha[pixel] = alpha;
   };
-  if (lane.inside0) store(lane.y0, t0, sum0, median0);
-  if (lane.inside1) store(lane.y1, t1, sum1, median1);
+  if (lane.inside0) store(lane.y0, pixel0.left, sum0, median0);
+  if (lane.inside1) store(lane.y1, pixel1.left, sum1, median1);
 }
 
 }  // namespace

@@ -35,8 +35,11 @@ struct TileLists {
 struct Lane {
   int x, y0, y1;
   bool inside0, inside1;
-  float quarter_x, quarter_y;  // centre of the quarter's first pixel
+  float quarter_x, quarter_y;          // centre of the quarter's first pixel
+  float from_middle_x, from_middle_y;  // from the quarter's middle to the first pixel's centre
 };
+
+inline constexpr float kToMiddle = 0.5f * (kQuarter - 1);  // from quarter_x to the middle
 
 template <int row_step = 1>
 __device__ Lane QuarterLane(int width, int height, int tiles_x, int tile, int quarter) {
@@ -51,6 +54,8 @@ __device__ Lane QuarterLane(int width, int height, int tiles_x, int tile, int qu
   out.inside1 = row_step == 1 && out.x < width && out.y1 < height;
   out.quarter_x = float(x0) + 0.5f;
   out.quarter_y = float(y0) + 0.5f;
+  out.from_middle_x = float(out.x - x0) - kToMiddle;
+  out.from_middle_y = float(out.y0 - y0) - kToMiddle;
   return out;
 }
 
@@ -81,39 +86,117 @@ __device__ inline bool ReachesQuarter(const Splat& s, float quarter_x, float qua
   return best + s.log2_opacity >= kLog2MinAlpha - kSlack;
 }
 
+// A splat about the middle of a quarter: SplatExponent() at (x, y) from there is
+//   constant + x (of_x + a x) + y (of_y + b x + c y).
+struct QuarterSplat {
+  float constant, of_x, of_y, a, b, c;
+};
+
+__device__ inline QuarterSplat AboutMiddle(const Splat& s, float quarter_x, float quarter_y) {
+  const float dx = quarter_x - s.x + kToMiddle, dy = quarter_y - s.y + kToMiddle;
+  const float along_x = s.a * dx + s.b * dy, along_y = s.c * dy;
+  return {along_x * dx + (along_y * dy + s.log2_opacity),
+          along_x + s.a * dx,
+          s.b * dx + (along_y + along_y),
+          s.a,
+          s.b,
+          s.c};
+}
+
+// SplatExponent() at a lane's two pixels.
+__device__ inline float2 ExponentsOf(const QuarterSplat& s, const Lane& lane) {
+  constexpr float kApart = kQuarter / 2;
+  const float x = lane.from_middle_x, y0 = lane.from_middle_y, y1 = y0 + kApart;
+  const float of_row = s.constant + x * s.of_x + x * x * s.a, slope = s.of_y + x * s.b;
+  return {of_row + y0 * (slope + y0 * s.c), of_row + y1 * (slope + y1 * s.c)};
+}
+
+// A pixel on its way through a list. BlendStep() with fewer operations: `transmittance` goes on
+// falling behind the pixel's end, and is then below kMinTransmittance for good.
+struct Pixel {
+  float transmittance;
+  float left = 1;  // the transmittance before the end
+
+  __device__ explicit Pixel(bool inside) : transmittance(inside ? 1.0f : 0.0f) {}
+  __device__ bool IsOpen() const { return transmittance >= kMinTransmittance; }
+  __device__ void End() { transmittance = 0; }
+
+  // Whether a splat is blended, and its weight then. In PTX: the compiler would select values
+  // instead of skipping operations, and selections run at half the rate.
+  __device__ unsigned Blends(float exponent, float* weight) {
+    *weight = fminf(kMaxAlpha, PowerOfTwo(exponent)) * transmittance;
+    unsigned blends;
+    asm("{\n"
+        ".reg .pred reaches, blends;\n"
+        "setp.ge.f32 reaches, %3, %5;\n"
+        "@reaches sub.f32 %0, %0, %4;\n"
+        "setp.ge.and.f32 blends, %0, %6, reaches;\n"
+        "@blends mov.f32 %1, %0;\n"
+        "selp.u32 %2, 1, 0, blends;\n"
+        "}"
+        : "+f"(transmittance), "+f"(left), "=r"(blends)
+        : "f"(exponent), "f"(*weight), "f"(kLog2MinAlpha), "f"(kMinTransmittance));
+    return blends;
+  }
+  // The weight of a splat, 0 if it is not blended.
+  __device__ float Blend(float exponent) {
+    float weight;
+    return Blends(exponent, &weight) ? weight : 0.0f;
+  }
+  // Adds the weighted values of a splat to the sums.
+  template <int C>
+  __device__ void Add(float exponent, const float* values, float* sums) {
+    float weight;
+    const unsigned blends = Blends(exponent, &weight);
+#pragma unroll
+    for (int c = 0; c < C; ++c) {
+      asm("{\n"
+          ".reg .pred blends;\n"
+          "setp.ne.u32 blends, %1, 0;\n"
+          "@blends fma.rn.f32 %0, %2, %3, %0;\n"
+          "}"
+          : "+f"(sums[c])
+          : "r"(blends), "f"(weight), "f"(values[c]));
+    }
+  }
+};
+
 // The splats of one batch that reach a quarter, per warp.
 template <typename Payload>
 struct Batch {
-  Splat splats[32];
-  Payload payloads[32];
+  struct __align__(16) Item {
+    QuarterSplat splat;
+    Payload payload;
+  };
+  Item items[32];
 };
 
 // Walks the list of `tile` for this warp, front to back. `visit` gets (batch, count): batches of
-// the splats that reach the quarter. `load`, called as (row, payload*) on the lane that read the
-// entry, fills the payload. The walk stops when no pixel of the warp is open.
+// the splats that reach the quarter. `load`, called as (row, splat, payload*) on the lane that read
+// the entry, fills the payload. The walk stops when no pixel of the warp is open.
 template <typename Payload, typename Load, typename Visit, typename IsOpen>
 __device__ void WalkTile(const TileLists& lists, int index, const Lane& lane, Batch<Payload>* batch,
                          const Load& load, const Visit& visit, const IsOpen& is_open) {
   const int2 range = lists.ranges[index];
   const int lane_id = threadIdx.x % 32;
+  int next = range.x + lane_id < range.y ? lists.entries[range.x + lane_id] : 0;
   for (int first = range.x; first < range.y; first += 32) {
     if (!__any_sync(kFullWarp, is_open())) return;
-    const int e = first + lane_id;
+    const int e = first + lane_id, source = next;
     bool reaches = false;
     Splat splat;
-    int source = 0;
     if (e < range.y) {
-      source = lists.entries[e];
       const float4* from = reinterpret_cast<const float4*>(lists.splats + source);
       *reinterpret_cast<float4*>(&splat) = __ldg(from);
       *(reinterpret_cast<float4*>(&splat) + 1) = __ldg(from + 1);
+      if (e + 32 < range.y) next = lists.entries[e + 32];
       reaches = ReachesQuarter(splat, lane.quarter_x, lane.quarter_y);
     }
     const unsigned kept = __ballot_sync(kFullWarp, reaches);
     if (reaches) {
-      const int slot = __popc(kept & ((1u << lane_id) - 1));
-      batch->splats[slot] = splat;
-      load(lists.splat_rows ? lists.splat_rows[source] : source, &batch->payloads[slot]);
+      auto& item = batch->items[__popc(kept & ((1u << lane_id) - 1))];
+      item.splat = AboutMiddle(splat, lane.quarter_x, lane.quarter_y);
+      load(lists.splat_rows ? lists.splat_rows[source] : source, splat, &item.payload);
     }
     __syncwarp();
     visit(*batch, __popc(kept));

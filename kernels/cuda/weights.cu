@@ -34,22 +34,21 @@ __device__ void WalkWeights(const TileLists& lists, int tile, Batch<int>* batche
   const Lane lane = QuarterLane<row_step>(lists.width, lists.height, lists.tiles_x,
                                           lists.tile_ids[tile], int(threadIdx.x) / 32);
   const bool is_first = threadIdx.x % 32 < kLanes<row_step>;
-  float t0 = lane.inside0 && is_first ? 1.0f : -1.0f, t1 = lane.inside1 ? 1.0f : -1.0f;
+  Pixel pixel0(lane.inside0 && is_first), pixel1(lane.inside1);
   WalkTile(
-      lists, tile, lane, &batches[threadIdx.x / 32], [](int row, int* out) { *out = row; },
+      lists, tile, lane, &batches[threadIdx.x / 32],
+      [](int row, const Splat&, int* out) { *out = row; },
       [&](const Batch<int>& batch, int count) {
 #pragma unroll 4
         for (int i = 0; i < count; ++i) {
-          const Splat s = batch.splats[i];
-          const float dx = float(lane.x) + 0.5f - s.x, dy = float(lane.y0) + 0.5f - s.y;
-          const float w0 = BlendStep(SplatExponent(s, dx, dy), &t0);
-          float w1 = 0;
-          if (row_step == 1) w1 = BlendStep(SplatExponent(s, dx, dy + kQuarter / 2), &t1);
-          const int row = batch.payloads[i];
-          if (row >= 0) visit(row, w0, w1);  // the same for the whole warp
+          const auto item = batch.items[i];
+          const float2 exponents = ExponentsOf(item.splat, lane);
+          const float w0 = pixel0.Blend(exponents.x);
+          const float w1 = row_step == 1 ? pixel1.Blend(exponents.y) : 0.0f;
+          if (item.payload >= 0) visit(item.payload, w0, w1);  // the same for the whole warp
         }
       },
-      [&] { return t0 > 0 || t1 > 0; });
+      [&] { return pixel0.IsOpen() || pixel1.IsOpen(); });
 }
 
 // Which of the lanes' weights are large; a half row is eight lanes side by side.
@@ -91,7 +90,7 @@ __global__ void __launch_bounds__(kTileThreads)
     SampleWeightsKernel(TileLists lists, float min_weight, uint32_t* quarters) {
   constexpr unsigned kRows[] = {0xff, 0x55, 0x11, 0x01};
   static_assert(sizeof(kRows) / sizeof(kRows[0]) == kNumRowThinnings);
-  __shared__ __align__(16) Batch<int> batches[kWarps];
+  __shared__ Batch<int> batches[kWarps];
   unsigned counts[kNumRowThinnings] = {};
   float sum0 = 0, sum1 = 0;
   WalkWeights<1>(lists, int(blockIdx.x) * kThinningStride, batches, [&](int, float w0, float w1) {
@@ -113,7 +112,7 @@ template <int row_step>
 __global__ void __launch_bounds__(kTileThreads)
     CountWeightsKernel(TileLists lists, float min_weight, bool drop_faint, uint32_t* counts,
                        float* factors) {
-  __shared__ __align__(16) Batch<int> batches[kWarps];
+  __shared__ Batch<int> batches[kWarps];
   uint32_t count = 0;
   float kept0 = 0, kept1 = 0, sum0 = 0, sum1 = 0;
   WalkWeights<row_step>(lists, int(blockIdx.x), batches, [&](int, float w0, float w1) {
@@ -147,7 +146,7 @@ __global__ void __launch_bounds__(kTileThreads)
     StoreWeightsKernel(TileLists lists, float min_weight, const int32_t* kept, const float* factors,
                        const uint32_t* ends, int32_t* rows, float* scales, Step* values) {
   constexpr int kValues = kQuarterPixels / row_step;
-  __shared__ __align__(16) Batch<int> batches[kWarps];
+  __shared__ Batch<int> batches[kWarps];
   const int warp = int(threadIdx.x) / 32, lane = threadIdx.x % 32;
   const int quarter = int(kWarps * blockIdx.x) + warp;
   const unsigned first = quarter ? ends[quarter - 1] : 0;
