@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What main_window_test.cc leaves out of exploring: the other mouse buttons, flying all ways, the
-// adaptive resolution, frusta to click on, points behind surfaces, the list of keys, full screen,
-// theme.
+// Exploring, as far as main_window_test.cc does not test it: other mouse buttons, flying in all
+// directions, adaptive resolution, clicks on frusta, points behind surfaces, the list of keys, full
+// screen, theme.
 #include <functional>
 #include <optional>
 
@@ -101,7 +101,7 @@ class ExploreTest : public ViewerTest {
     QVERIFY(FocusDistance() > before);
   }
 
-  // The camera turns about what lies under the cursor, which stays where it is seen.
+  // The camera turns about the point under the cursor, which does not move on the screen.
   void OrbitTurnsAboutWhatIsUnderTheCursor() {
     const SyntheticView& view = scene_->scene().views.front();
     const int x = view.depth.width / 3, y = view.depth.height * 2 / 3;
@@ -517,7 +517,7 @@ class ExploreTest : public ViewerTest {
     QTRY_VERIFY(!window_->IsSelecting());
   }
 
-  // One place for what the canvas shows: over its corner, and nowhere in the tool bar.
+  // One place to choose the canvas's contents: over its corner, not in the tool bar.
   void TheSwitchOverTheCanvasSaysWhatShows() {
     auto* over = window_->findChild<QWidget*>("view_switch");
     QVERIFY(over->isVisible() && over->geometry().right() < canvas().width());

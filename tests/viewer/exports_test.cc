@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Everything that the Export menu writes, and what happens when it cannot be written.
+// All outputs of the Export menu, and failures to write them.
 #include <cstring>
 
 #include <QCheckBox>
@@ -170,7 +170,7 @@ class ExportsTest : public FilesFixture {
     QCOMPARE(ChangedPixels(both.copy(both.width() - width, 0, width, height), after), int64_t{0});
   }
 
-  // Solo is a way of looking, not an edit: what is written has every region.
+  // Solo is a way of looking, not an edit: outputs have every region.
   void SoloLeavesNothingOutOfAnExport() {
     const RegionId jug = AddTintedRegion();
     QVERIFY(jug != 0);
@@ -206,7 +206,7 @@ class ExportsTest : public FilesFixture {
     QCOMPARE(ChangedPixels(right, both), int64_t{0});
   }
 
-  // By a program of the name ffmpeg, which here writes down what it was asked for.
+  // By a program named ffmpeg, which only writes down its arguments here.
   void ATurntableBecomesAVideoWhereFfmpegIs() {
     const fs::path folder = Fresh(), programs = Fresh();
     const auto install = [&](const char* script) {
@@ -239,7 +239,7 @@ class ExportsTest : public FilesFixture {
     QVERIFY(fs::exists(first / "0002.png") && !fs::exists(first / "0003.png"));
     QCOMPARE(ReadImage8(first / "0001.png").width, 1280);
     QCOMPARE(ReadImage8(first / "0001.png").height, 720);
-    // What it complains of is shown, and nothing half-made stays.
+    // Its error is shown, and no partial file stays.
     install("for last; do :; done; echo half > \"$last\"; echo no such encoder; exit 1\n");
     turn(folder / "second");
     const QString error = ReadError(*window_);
@@ -275,7 +275,7 @@ class ExportsTest : public FilesFixture {
     QTRY_VERIFY_WITH_TIMEOUT(fs::exists(third / "turntable.mp4"), kWaitMs);
     QCOMPARE(ReadFile(folder / "long" / "turntable.mp4"), std::string("film\n"));
     QVERIFY(fs::exists(folder / "long" / "0002.png"));
-    // Without the program there are only the frames, and the dialog names what is missing.
+    // Without the program there are only the frames, and the dialog names the missing one.
     fs::remove(programs / "ffmpeg");
     qputenv("PATH", QByteArray::fromStdString(programs.string()));
     QDialog* dialog = ExportDialogOf(4);
@@ -365,7 +365,7 @@ class ExportsTest : public FilesFixture {
     QVERIFY(!controller().IsBusy());
   }
 
-  // What is there already stays, nothing half-written does, and the work goes on.
+  // Existing files stay, partial ones do not, and work continues.
   void AFullDiskIsExplainedAndLosesNothing() {
     QVERIFY(AddRegion("pot"));
     const fs::path folder = Fresh(), session = folder / "kept.retint", splat = folder / "kept.ply";
@@ -428,7 +428,7 @@ class ExportsTest : public FilesFixture {
     const auto report = nlohmann::json::parse(ReadFile(folder / "report.json"));
     QCOMPARE(report["views"].get<size_t>(), scene_->scene().views.size());
     QVERIFY(report.contains("quality") && report["regions"].size() == 1);
-    // A name without an ending means what the dialog offers first, the page.
+    // A name without an extension means the dialog's first format, the page.
     AnswerFileDialog(folder / "page");
     Export(3);
     QTRY_COMPARE_WITH_TIMEOUT(written.count(), 3, kWaitMs);

@@ -41,7 +41,7 @@ class MainWindowTest : public ViewerTest {
   void init() { QVERIFY(ShowScene()); }
   void cleanup() { window_.reset(); }
 
-  // Of a path that is one word, longer than a screen is wide; what is copied is the path.
+  // A path that is one word, wider than the screen; copying gives the path.
   void LongWordsAreWholeInAMessage() {
     const QString path = "/home/" + QString(200, 'w') + ".ply";
     const QString message = path + " is <no> splat";
@@ -264,7 +264,7 @@ class MainWindowTest : public ViewerTest {
     QTRY_VERIFY_WITH_TIMEOUT(canvas().IsSharp() && !canvas().frame()->before.isNull(), kWaitMs);
     QVERIFY(Difference(canvas().frame()->before, before) < 0.01);
     QVERIFY(Difference(canvas().frame()->image, before) > 0.2);
-    // On the screen: with the line through the middle of what was tinted, its left is as it was,
+    // On the screen, with the line through the middle of the tinted object: its left is unchanged,
     // its right is tinted.
     const QImage now = canvas().frame()->image, old = canvas().frame()->before;
     int low = now.width(), high = 0;
@@ -323,7 +323,7 @@ class MainWindowTest : public ViewerTest {
     QVERIFY(dock->isVisible());
   }
 
-  // The tabs that were in front, the sizes, and what the user had closed.
+  // The front tabs, the sizes, and the panels that the user had closed.
   void PanelsComeBackAsTheyWere() {
     const auto dock = [&](const char* name) { return window_->findChild<QDockWidget*>(name); };
     dock("quality")->raise();
@@ -360,7 +360,7 @@ class MainWindowTest : public ViewerTest {
              BareCanvas(*window_).convertToFormat(QImage::Format_RGB32));
   }
 
-  // The splat does not show what the photos show: the badge stays, and leads to the reason.
+  // The splat does not match the photos: the badge stays, and leads to the reason.
   void WarningsStayInSight() {
     auto* badge = window_->findChild<QToolButton*>("warnings");
     QVERIFY(Settle(controller()));
@@ -378,7 +378,7 @@ class MainWindowTest : public ViewerTest {
     QTRY_VERIFY(!badge->isVisible());
   }
 
-  // The tool tip has the whole of what the status bar has no room for.
+  // The tool tip has the whole message if the status bar has no room for it.
   void AMessageThatDoesNotFitIsWholeInItsToolTip() {
     auto* message = window_->findChild<QLabel*>("message");
     const auto tip = [&](const QString& text) {

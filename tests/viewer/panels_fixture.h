@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the panels' tests share: the tiny scene of the session's tests on disk, open in a window of
+// Shared by the tests of panels: the tiny scene of the session's tests on disk, open in a window of
 // 1600 x 1000, and the way to its list of regions.
 #pragma once
 
@@ -37,7 +37,7 @@ class PanelsFixture : public QObject {
   }
   RowTree* List() { return Find<RowTree>("region_list"); }
 
-  // The session's own state, not what the window shows.
+  // The session's own state, not the window's.
   RegionSet SessionRegions() {
     const auto regions = std::make_shared<RegionSet>();
     bool done = false;

@@ -78,7 +78,7 @@ class PanelsTest : public PanelsFixture {
     solver->setFocus();
     QTest::keyClick(solver, Qt::Key_Down);
     QCOMPARE(Controller().colors().refit_job().options.solver, Solver::kAdam);
-    // What the other solver asks for is hidden.
+    // The other solver's options are hidden.
     auto* iterations = Find<QSpinBox>("adam.iterations");
     QVERIFY(!Find<QSpinBox>("mm.iterations")->isVisible());
     QVERIFY(Find<QDoubleSpinBox>("adam.learning_rate")->isVisibleTo(window_.get()));
@@ -131,7 +131,7 @@ class PanelsTest : public PanelsFixture {
     QTest::mouseDClick(list->viewport(), Qt::LeftButton, {}, third);
     QVERIFY(window_->canvas().navigation().view());
     QCOMPARE(window_->canvas().navigation().view()->name, std::string("view3"));
-    // What comes next is done on that view.
+    // The next command is for that view.
     QVERIFY(window_->canvas().hasFocus());
     QTest::keyClick(QApplication::focusWidget(), Qt::Key_Return);
     QVERIFY(window_->IsSelecting());

@@ -64,7 +64,7 @@ class Photographer {
     window_.EnterSelection();
     SelectionMode& selection = window_.selection();
     if (!Wait([&] { return selection.state() == SelectionMode::State::kPainting; })) return false;
-    // With what that selects in the other views.
+    // With the resulting selection in the other views.
     QSignalSpy looked(&window_.stroke_preview(), &StrokePreview::finished);
     selection.canvas().Edited(selection.canvas().editor().Fill(mask, Combine::kReplace));
     if (!Wait([&] { return looked.count() > 0 && !window_.stroke_preview().IsBusy(); })) {

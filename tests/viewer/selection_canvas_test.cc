@@ -200,7 +200,7 @@ class SelectionCanvasTest : public CanvasFixture {
       widest = std::max(widest, least);
       QVERIFY2(strip.width() <= widest, qPrintable(QString::number(strip.width())));
     }
-    // What it needs at least: its rows wrap, as they must in half of a window of 1024 pixels.
+    // Its least width: rows wrap, as they must in half of a window of 1024 pixels.
     QVERIFY2(least <= 512, qPrintable(QString::number(least)));
   }
 
@@ -408,8 +408,8 @@ class SelectionCanvasTest : public CanvasFixture {
     QVERIFY(canvas_->veil().mask().Empty());
   }
 
-  // What a move repaints is what it changed: a partial update leaves the same screen as a full one.
-  // An orange overlay on a fox shows nothing.
+  // A move repaints its changes: a partial update leaves the same screen as a full one. An orange
+  // overlay on a fox is invisible.
   void TheOverlayStandsOutFromWhatIsSelected() {
     const QColor fur(225, 130, 40), sky(30, 140, 230);
     QImage image(kWidth, kHeight, QImage::Format_RGB32);
@@ -423,7 +423,7 @@ class SelectionCanvasTest : public CanvasFixture {
       return std::abs(qRed(a) - qRed(b)) + std::abs(qGreen(a) - qGreen(b)) +
              std::abs(qBlue(a) - qBlue(b));
     };
-    // At 45 % a difference of a third of the whole range is a seventh of what is to be had.
+    // At 45 %, a third of the whole range is a seventh of the possible difference.
     constexpr int kSeen = 100;
     Drag({At(10, 30), At(30, 30)});
     QVERIFY(apart(Shot().pixel(At(20, 30)), fur_bare) > kSeen);

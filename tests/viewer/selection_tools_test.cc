@@ -49,7 +49,7 @@ class SelectionToolsTest : public CanvasFixture {
     DepthMap depth(kWidth, kHeight, 4);
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
-        // Some grain, so that a mixture of colors has what to learn from.
+        // Some grain, so that a mixture of colors has samples to learn from.
         const int grain = (x * 7 + y * 13) % 9;
         image.setPixel(x, y, x < 90 ? qRgb(70 + grain, 80, 90) : qRgb(30, 120 + grain, 60));
         if (!OnDisc(x, y)) continue;
@@ -262,7 +262,7 @@ class SelectionToolsTest : public CanvasFixture {
     QCOMPARE(Inside(), size_t{0});
     QVERIFY(!canvas_->CanUndo());
 
-    // Escape takes back what shows.
+    // Escape takes back the shown result.
     QSignalSpy failed(canvas_.get(), &SelectionCanvas::notFound);
     Click(At(30, 30)), Click(At(60, 30));
     Key(Qt::Key_Return);
@@ -384,7 +384,7 @@ class SelectionToolsTest : public CanvasFixture {
     actions.SetPaintable(true);
     actions.show();
     auto* hint = actions.findChild<QLabel*>("selectionHint");
-    // A short place leaves the hint what is left of the row.
+    // A short place leaves the rest of the row to the hint.
     actions.SetTargets({"New region"}, 0, "0001.jpg");
     QTest::qWait(0);
     QVERIFY2(hint->width() > 600, qPrintable(QString::number(hint->width())));

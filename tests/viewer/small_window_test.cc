@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A window of 1024 x 700 pixels, the smallest that is promised: in every panel, every mode of an
-// edit and selection mode no label, button or box is cut, and nothing scrolls sideways. Another
-// size is that of RETINT_WINDOW=WIDTHxHEIGHT, for a look by eye (RETINT_SCREENSHOTS).
+// A window of 1024 x 700 pixels, the smallest supported one. In all panels, edit modes and
+// selection mode, no label, button or box is cut, and nothing scrolls sideways.
+// RETINT_WINDOW=WIDTHxHEIGHT sets another size, to look at (RETINT_SCREENSHOTS).
 #include <optional>
 
 #include <QAbstractScrollArea>
@@ -39,7 +39,7 @@ class SmallWindowTest : public ViewerTest {
         .arg(widget->height());
   }
 
-  // What the widget needs to show all of its text; empty where that is left to it.
+  // The size that the widget needs for all of its text; empty if it decides itself.
   static QSize Needed(QWidget* widget) {
     if (const auto* label = qobject_cast<QLabel*>(widget)) {
       if (label->text().isEmpty()) return {};
@@ -55,7 +55,7 @@ class SmallWindowTest : public ViewerTest {
     return {};
   }
 
-  // Whether the widget lies beside the window or what it is in, sideways; downwards one scrolls.
+  // Whether the widget exceeds the window or its parent sideways; downward there is scrolling.
   static bool LiesBeside(const QWidget* widget) {
     const auto* window = widget->window();
     for (const QWidget* in = widget->parentWidget(); in; in = in->parentWidget()) {
@@ -66,7 +66,7 @@ class SmallWindowTest : public ViewerTest {
     return false;
   }
 
-  // What is cut in the widgets that show below `of`, a line each.
+  // The cut texts of visible widgets below `of`, one per line.
   static QStringList Cut(QWidget* of) {
     QStringList cut;
     for (QWidget* widget : of->findChildren<QWidget*>()) {
@@ -223,7 +223,7 @@ class SmallWindowTest : public ViewerTest {
       QTest::qWait(30);
       const QRect paper = window_->selection().canvas().geometry();
       const QSize room = window_->selection().size();
-      // A row of buttons, with what is about it.
+      // A row of buttons with its margins.
       constexpr int kRow = 44;
       QVERIFY2(room.height() - paper.height() <= 2 * kRow,
                qPrintable(QString::number(room.height() - paper.height())));
@@ -243,7 +243,7 @@ class SmallWindowTest : public ViewerTest {
         }
       }
       QVERIFY(lists > 0);
-      // What has no room is in the list.
+      // Tools without room are in the list.
       QTest::keyClick(&window_->selection().canvas(), Qt::Key_W);
       QVERIFY(more->isVisible());
       QTest::mouseClick(more, Qt::LeftButton);
@@ -308,7 +308,7 @@ class SmallWindowTest : public ViewerTest {
     };
     window_->SetSideShown(Qt::RightDockWidgetArea, true);
     const QRect before = place(canvas());
-    // What was measured does not make its panel wider.
+    // Measured values do not make the panel wider.
     auto* optimizer = window_->findChild<QWidget*>("optimizer_panel");
     const int needed = optimizer->minimumSizeHint().width();
     QualityReport report;

@@ -64,7 +64,7 @@ inline void UseOwnFolders(const QString& folder) {
   QCoreApplication::setApplicationName("retint-viewer-test");
 }
 
-// What the panels keep back until one asks for it.
+// Opens the parts of panels that are closed at first.
 inline void OpenDrawers(const QWidget& window) {
   for (auto* drawer : window.findChildren<QToolButton*>(QRegularExpression("_advanced$"))) {
     drawer->setChecked(true);
@@ -223,8 +223,8 @@ inline void DragAlong(QWidget* widget, const QList<QPoint>& path,
   QTest::mouseRelease(widget, button, modifiers, path.back());
 }
 
-// Dropped by another program, which would rather move it and has its name as a text too; what it is
-// told was done. Ignored where nothing there wants it.
+// A drop from another program, which prefers to move, and also has the name as text. Returns the
+// action that it is told; ignored if no widget accepts it.
 inline Qt::DropAction Drop(QWidget& onto, const QUrl& url,
                            Qt::DropActions may = Qt::CopyAction | Qt::MoveAction) {
   QMimeData data;
@@ -244,7 +244,7 @@ inline bool Drop(QWidget& onto, const std::filesystem::path& path) {
   return Drop(onto, QUrl::fromLocalFile(QString::fromStdString(path.string()))) == Qt::CopyAction;
 }
 
-// What most tests of the window have: a scene for all cases, and a window on it for each.
+// The base of most tests of the window: one scene for all cases, and a window for each.
 class ViewerTest : public QObject {
  protected:
   void MakeScene(int width = 160, int height = 120, int views = 6, const std::string& lens = {}) {
@@ -316,7 +316,7 @@ inline bool WaitPainting(MainWindow& window) {
 }
 
 // Types a path into the next file dialog and confirms it. The dialog has an event loop of its own,
-// so this is called before what opens it.
+// so call this before opening it.
 inline void AnswerFileDialog(const std::filesystem::path& path) {
   static QPointer<QTimer> before;
   delete before;  // whose dialog never came
@@ -335,7 +335,7 @@ inline void AnswerFileDialog(const std::filesystem::path& path) {
   timer->start(20);
 }
 
-// Backs out of the next file dialog; called before what opens it. Counts those that came.
+// Cancels the next file dialog; call it before the dialog opens. Counts the dialogs.
 inline void CancelFileDialog(int* came) {
   auto* timer = new QTimer(qApp);
   QObject::connect(timer, &QTimer::timeout, timer, [timer, came] {
@@ -376,7 +376,7 @@ inline bool ClickRole(MainWindow& window, QMessageBox::ButtonRole role) {
   return false;
 }
 
-// What a complaint says, which is then closed.
+// The text of an error message, which is then closed.
 inline QString ReadError(MainWindow& window) {
   QMessageBox* dialog = WaitDialog(window);
   if (!dialog) return "no dialog came";

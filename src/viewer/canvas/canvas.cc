@@ -169,7 +169,7 @@ bool Canvas::IsSharp() const {
   return frame_ && frame_->scale == 1 && frame_->serial == serial_ && !more_news_;
 }
 
-// ---- What is shown
+// ---- Showing
 
 void Canvas::SetDepth(bool depth) {
   what_ = depth ? RenderWhat::kDepth : RenderWhat::kRgb;

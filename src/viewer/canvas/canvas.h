@@ -40,7 +40,7 @@ class Canvas : public QWidget {
   void FrameSelection();               // the cloud, else the scene
   void ResetCamera();
 
-  // What is shown.
+  // Choices of the picture.
   void SetDepth(bool depth);
   void SetFrusta(bool frusta);
   void SetSplit(bool split);
@@ -81,7 +81,7 @@ class Canvas : public QWidget {
   bool IsSharp() const;
   // The part of the widget that a camera's picture fills.
   QRectF ImageRect(const PosedCamera& camera) const;
-  // The view's name and what is special about the picture, in its corner.
+  // The view's name and special facts about the picture, in its corner.
   void PaintLabels(QPainter& painter) const;
   // How the picture of navigation().Rendered() is made; null: it is rendered.
   std::shared_ptr<const LensPicture> Lens() const;

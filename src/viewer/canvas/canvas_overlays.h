@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Controls over the corner of the canvas: what it shows, and from where.
+// Controls over the corner of the canvas, for its contents and the point of view.
 #pragma once
 
 #include <array>
@@ -26,8 +26,8 @@ class ViewSwitch : public QFrame {
   void paintEvent(QPaintEvent* event) override;
 };
 
-// The scene's axes as the camera sees them: Z is up, X and Y are level. A click on an end looks
-// from there, a drag orbits.
+// The scene's axes from the camera: Z is up, X and Y are level. A click on an end looks from there,
+// a drag orbits.
 class OrientationGizmo : public QWidget {
   Q_OBJECT
 

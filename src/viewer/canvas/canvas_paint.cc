@@ -64,7 +64,7 @@ std::array<Eigen::Vector3d, 4> Canvas::CornersOf(const UserPicture& picture) con
       return share.cwiseProduct(Eigen::Vector2d(of.width, of.height));
     };
     const auto ray = lens ? lens->CamFromImg(pixel(camera)) : std::nullopt;
-    // Where no ray leads to a corner of the photo, the pinhole view's.
+    // If a corner of the photo has no ray, that of the pinhole view.
     corners[i] = ray && ray->z() > 0 ? ray->hnormalized().homogeneous().eval()
                                      : flat.CamFromImg(pixel(flat)).value().homogeneous().eval();
   }

@@ -38,8 +38,8 @@ Eigen::Vector3d Axis(const Rigid3d& cam_from_world, int index) {
   return cam_from_world.rotation.toRotationMatrix().row(index).transpose();
 }
 
-// The unit vector u that minimizes the mean of (u . r)^2 over the views' right axes r, and
-// kOwnUp |u - m|^2, where m is the mean of their own ups: (mean(r r^T) + kOwnUp) u ~ m.
+// The unit vector u that minimizes the mean of (u . r)^2 + kOwnUp |u - m|^2. Here r are the views'
+// right axes, and m is the mean of their ups: (mean(r r^T) + kOwnUp) u ~ m.
 Eigen::Vector3d UpOf(const std::vector<const View*>& views) {
   Eigen::Matrix3d rights = Eigen::Matrix3d::Zero();
   Eigen::Vector3d own = Eigen::Vector3d::Zero();

@@ -11,17 +11,17 @@ namespace retint {
 
 class Navigation {
  public:
-  // Up, center and size of the scene from its views and points; starts at the first view by name.
-  // Up is square to the views' right axes, since people hold cameras level more often than they
-  // hold them straight ahead; where those leave it open, it is nearest to the views' own.
+  // Finds up, center and size of the scene from its views and points; starts at the first view by
+  // name. Up is orthogonal to the views' right axes, because people hold cameras level more often
+  // than straight ahead. If these leave a choice, it is closest to the views' own up.
   void SetScene(const Reconstruction& reconstruction);
   // The start of the exploration, to which Reset() goes back.
   void SetHome(const View& view, const PosedCamera& posed);
   void SetViewport(int width, int height);  // pixels that are rendered
 
-  // What is to be shown. A view: its exact pose and intrinsics, distorted where it was given so,
-  // its aspect kept, as large as the viewport holds. Free: the whole viewport, square pixels,
-  // principal point in the middle.
+  // The camera to show. A view: its exact pose and intrinsics, with its distortion and aspect, as
+  // large as the viewport allows. Free: the whole viewport, with square pixels and the principal
+  // point in the middle.
   PosedCamera Rendered() const;
   // Of a view, its own camera at its own size; free: Rendered().
   PosedCamera Exact() const;
@@ -30,8 +30,8 @@ class Navigation {
   void GoTo(const View& view, const PosedCamera& posed);
   void SetFree(const PosedCamera& camera, const Eigen::Vector3d& focus);
 
-  // The rest leaves the view, if any.
-  // Both turn the horizon level on the way, a part of its tilt at a time; what is level stays so.
+  // All calls below leave the view, if any. Orbit() and Look() also turn the horizon level in
+  // steps; a level horizon stays level.
   void Orbit(double dx, double dy);  // about the focus, wherever that is seen
   void Look(double dx, double dy);   // on the spot
   void Pan(double dx, double dy);
@@ -41,8 +41,8 @@ class Navigation {
   void SetFocus(const Eigen::Vector3d& focus);  // the camera turns to it
   void SetPivot(const Eigen::Vector3d& focus);  // the camera stays
   void Frame(const Eigen::Vector3d& center, double radius);
-  // From a direction, as far from the focus as now; from above or below, up in the picture stays
-  // as near to what it was as it can.
+  // Looks from a direction, at the same distance to the focus. From above or below, the picture's
+  // up changes as little as possible.
   void LookFrom(const Eigen::Vector3d& from);
   void Reset();
 

@@ -146,7 +146,7 @@ void RegionsPanel::Rename() {
   if (list_->currentItem()) list_->editItem(list_->currentItem(), kName);
 }
 
-// Of the region as it is without its edit; the steps before the palette are done to what is found.
+// Of the region without its edit; the steps before the palette are applied to the colors found.
 void RegionsPanel::MeasurePalette(int count, int before) {
   const RegionId id = current_->id();
   controller_->Ask(
@@ -287,7 +287,7 @@ void RegionsPanel::FillRow(QTreeWidgetItem* item, const Region& region, bool sol
   if (item->flags() != flags) item->setFlags(flags);
 }
 
-// What a recolor that comes first replaces was measured in the views, or named.
+// The color that a first recolor replaces was measured in the views, or named.
 QColor RegionsPanel::BaseOf(const Region& region) {
   const auto& operations = region.edit.operations;
   if (!operations.empty() && operations.front().kind == ColorOperationKind::kRecolor &&

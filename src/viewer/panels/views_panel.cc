@@ -34,8 +34,8 @@ constexpr int kCountedSide = 1024;  // pixels
 constexpr int kRestMs = 800;        // of unchanged colors, before pictures of them are rendered
 enum Role { kName = Qt::UserRole, kPicture, kBadge, kShown, kOverlay };
 
-// Of a picture, by the masks of the views that show it; nullopt where none has one. Those of
-// several are counted in a picture of at most kCountedSide.
+// Coverage of a picture by the masks of its views; nullopt if none has a mask. Several are counted
+// in a picture of at most kCountedSide.
 std::optional<double> Coverage(const SceneFacts& facts, const UserPicture& picture,
                                const std::map<std::string, Mask>& masks) {
   std::vector<Mask> faces;

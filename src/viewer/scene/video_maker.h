@@ -43,7 +43,7 @@ class VideoMaker : public QObject {
 
   std::deque<Film> films_;  // the first is being made
   QProcess* process_ = nullptr;
-  std::filesystem::path part_;  // what ffmpeg writes, which becomes the film
+  std::filesystem::path part_;  // ffmpeg's output, which becomes the film
 };
 
 }  // namespace retint

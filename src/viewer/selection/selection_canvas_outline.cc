@@ -41,8 +41,8 @@ std::optional<std::array<Eigen::Vector3d, 2>> BoxAbout(const std::vector<Eigen::
   return std::array<Eigen::Vector3d, 2>{low - pad, high + pad};
 }
 
-// What of `mask` lies outside the rectangle of `points` (pixels) becomes 0; `margin` as above, of
-// its longer side, and a pixel at least.
+// Sets `mask` to 0 outside the rectangle of `points` (pixels). `margin` as above, relative to its
+// longer side, and at least one pixel.
 void ClipToDrag(const std::vector<Eigen::Vector2d>& points, double margin, Mask* mask) {
   Eigen::Array2d low = points.front(), high = low;
   for (const Eigen::Vector2d& point : points) {
@@ -327,7 +327,7 @@ void SelectionCanvas::FindRefined(const std::vector<Eigen::Vector2d>& stroke) {
        });
 }
 
-// --- What to do next -----------------------------------------------------------------------------
+// --- The next step -------------------------------------------------------------------------------
 
 // The first part is short: it shows if there is little room.
 QString SelectionCanvas::Hint() const {

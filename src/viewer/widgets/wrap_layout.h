@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A row of widgets that goes on in a second row where the window is too narrow for one. What a row
-// has left goes to its widgets that want to grow.
+// A row of widgets that continues in a second row if the window is too narrow. Widgets that can
+// grow share the rest of a row.
 #pragma once
 
 #include <vector>
@@ -27,7 +27,7 @@ class WrapLayout : public QLayout {
 
  private:
   struct Row {
-    size_t first = 0, count = 0;  // of what stands in it
+    size_t first = 0, count = 0;  // of its items
     int width = 0, height = 0;
   };
   // Of things of these sizes, within the margins of a `width`.
@@ -38,7 +38,7 @@ class WrapLayout : public QLayout {
   std::vector<QLayoutItem*> items_;
 };
 
-// The same as a widget, for a layout of rows. The first widget takes what its row has left.
+// The same as a widget, for a layout of rows. The first widget takes the rest of its row.
 QWidget* MakeWrappingLine(const std::vector<QWidget*>& widgets);
 
 }  // namespace retint

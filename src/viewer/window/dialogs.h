@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Message boxes over a window. None stops the program: the answer arrives later. One shows at a
-// time; errors that come meanwhile follow it.
+// Message boxes over a window. They do not block the program: the answer arrives later. One is
+// shown at a time; errors in the meantime follow it.
 #pragma once
 
 #include <deque>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Asks where splats, masks, views, reports, turntables and comparisons are written, writes them
-// through SceneResults, and asks before a file that is there is replaced.
+// Asks where to write splats, masks, views, reports, turntables and comparisons, and before
+// replacing a file. Writes them through SceneResults.
 #pragma once
 
 #include <filesystem>
@@ -44,11 +44,11 @@ class Exports : public QObject {
   void Turntable();
   void Comparison();
 
-  // The proposed folder of outputs: the one that was written to last, else beside the session or
-  // the workspace. The name begins with that of the open scene and ends in `ending`.
+  // The proposed folder of outputs: the last one used, otherwise beside the session or the
+  // workspace. The name begins with that of the open scene and ends in `ending`.
   std::filesystem::path ProposedOutput(const QString& ending) const;
   static void RememberOutput(const std::filesystem::path& path);
-  // Runs `go` at once where none of `files` is there, else after the user agreed to replace them.
+  // Runs `go` at once if none of `files` exists, otherwise after the user agreed to replace them.
   void ConfirmReplacing(const std::filesystem::path& folder,
                         const std::vector<std::filesystem::path>& files, std::function<void()> go);
   void ConfirmReplacing(const std::filesystem::path& file, std::function<void()> go);

@@ -323,7 +323,7 @@ void MainWindow::Complain(const QString& label, const QString& message) {
                       message);
 }
 
-// They stay as long as the scene is open: what does not match is easily taken for a bad edit.
+// They stay while the scene is open, because a mismatch is easily mistaken for a bad edit.
 void MainWindow::ShowWarnings(const std::vector<std::string>& warnings) {
   QStringList lines;
   for (const std::string& warning : warnings) lines << QString::fromStdString(warning);
@@ -487,7 +487,7 @@ bool MainWindow::focusNextPrevChild(bool next) {
     while (part && part->parentWidget() != this) part = part->parentWidget();
     return part && !part->visibleRegion().isEmpty();
   };
-  constexpr int kMost = 1000;  // where nothing is to be seen
+  constexpr int kMost = 1000;  // limit if nothing is visible
   for (int i = 0; i < kMost; ++i) {
     if (!QMainWindow::focusNextPrevChild(next)) return false;
     if (is_seen()) return true;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The window: puts canvas, selection mode and panels together, owns menus, status bar and the
-// dialogs. What the scene is and does lies behind SceneController.
+// The window: combines canvas, selection mode and panels, and owns menus, status bar and dialogs.
+// SceneController has the scene and its work.
 #pragma once
 
 #include <functional>
@@ -141,7 +141,7 @@ class MainWindow : public QMainWindow {
   void PlaceOverlays();
   void DrawIcons();  // in the palette's colors
   void ShowMenu(const char* name, const QPoint& at, std::initializer_list<const char*> commands);
-  QPixmap Picture() const;  // without what lies over it
+  QPixmap Picture() const;  // without overlays
   void FillBookmarks();
   void BackOut();
   void SaveScreenshot();

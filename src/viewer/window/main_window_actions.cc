@@ -39,7 +39,7 @@
 namespace retint {
 namespace {
 
-// The editor's page of the documents that packages install; empty where there is none.
+// The editor's page in the documents of packages; empty if there is none.
 QString GuideFile() {
   const QDir program(QCoreApplication::applicationDirPath());
   for (const char* package : {"retint", "retint-cuda"}) {

@@ -46,11 +46,11 @@ bool InPanel(QWidget* widget) {
   return false;
 }
 
-// While the focus is in a panel, the keys that work its controls are the panel's: arrows move its
-// sliders, Tab goes to the next control, and in a field that takes text all plain keys are text.
-// Letters elsewhere stay the window's, as do function keys, those with Ctrl or Alt, and Esc, which
-// leads back to the canvas. The list of a choice that is open has all keys; Space chooses there, as
-// Return does.
+// While the focus is in a panel, the keys of its controls are the panel's. Arrows move its
+// sliders, Tab goes to the next control, and in a text field all plain keys are text. Other
+// letters stay the window's, as do function keys, keys with Ctrl or Alt, and Esc, which
+// leads back to the canvas. An open list of choices has all keys. Space chooses there, like
+// Return.
 class PanelKeys : public QObject {
  public:
   using QObject::QObject;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Opens scenes and sessions, saves sessions, and asks before work would be lost. No question
-// stops the program: its answer arrives later.
+// Opens scenes and sessions, saves sessions, and asks before work would be lost. Questions do not
+// block the program: the answer arrives later.
 #pragma once
 
 #include <filesystem>
@@ -53,7 +53,7 @@ class SceneFiles : public QObject {
   };
   SceneFiles(const Parts& parts, QWidget* window);
 
-  // After show(): opens the requested scene, or what was left unsaved; asks for missing parts.
+  // After show(): opens the requested scene, or offers unsaved work; asks for missing parts.
   void Start(const StartOptions& options);
   void PrepareSample();  // in the background
   void OpenSample();
@@ -73,9 +73,9 @@ class SceneFiles : public QObject {
   // Of a region, into another splat, which is then open.
   void SplitGaussians(RegionId region);
 
-  // Runs `go` at once, or after the user agreed to lose or save what would be lost.
+  // Runs `go` at once, or after the user agreed to lose or save unsaved work.
   void ConfirmThen(const QString& what, std::function<void()> go, bool quits = false);
-  // Runs `go`, which gives up paint that was not accepted: at once where there is none.
+  // Runs `go`, which discards paint that was not accepted: at once if there is none.
   void AskOfPaint(const QString& what, std::function<void()> go);
 
  Q_SIGNALS:
@@ -87,7 +87,7 @@ class SceneFiles : public QObject {
   void OpenStart(const StartOptions& options);
   void OnOpenFailed(const QString& message);
   void OfferRecovery(const StartOptions& options, std::function<void()> otherwise);
-  void KeepPicture();  // of what is open, for the start page
+  void KeepPicture();  // of the open scene, for the start page
   void SaveAgain(std::function<void()> then);
   void SplitInto(RegionId region, const QString& path);
   QString LossOfPaint() const;  // a reason to ask
