@@ -14,6 +14,7 @@
 #include <QDropEvent>
 #include <QKeyEvent>
 #include <QLabel>
+#include <QLayout>
 #include <QMenu>
 #include <QProgressBar>
 #include <QScreen>
@@ -66,6 +67,7 @@ MainWindow::MainWindow(Theme* theme, QWidget* parent) : QMainWindow(parent), the
   setCorner(Qt::BottomRightCorner, Qt::RightDockWidgetArea);
   setTabPosition(Qt::AllDockWidgetAreas, QTabWidget::North);
   resize(FirstSize(screen()->availableSize()));
+  layout()->setSizeConstraint(QLayout::SetNoConstraint);  // panels that are to hide widen nothing
   CopyUnbroken(this);
   controller_ = new SceneController(this);
   current_ = new CurrentRegion(controller_, this);
@@ -95,6 +97,7 @@ MainWindow::MainWindow(Theme* theme, QWidget* parent) : QMainWindow(parent), the
   restoreGeometry(settings.value("geometry").toByteArray());
   is_laid_out_ = restoreState(settings.value("layout").toByteArray());
   ShowPage();
+  layout()->setSizeConstraint(QLayout::SetDefaultConstraint);
   UpdateTitle();
   UpdateActions();
   UpdateStatus();
