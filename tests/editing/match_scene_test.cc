@@ -249,8 +249,8 @@ TEST_F(MatchSceneTest, CardsThatSayNothingAreRefused) {
   request.gray.reset();
   request.checker = CardInPhoto{name, {0, 0, 240, 180}};
   EXPECT_THAT(ErrorFor(*session, request), HasSubstr("no ColorChecker of 24 patches"));
-  request.like = &made_->model;
-  EXPECT_THROW(MatchScene(*session, request, monitor_), OptionError);
+  EXPECT_THROW((MatchRecipe{.map = "auto", .like = "b.ply", .checker = "a.jpg:1,2,3,4"}.Check()),
+               OptionError);
 }
 
 // A third of the views of real captures. Smaller pictures would not do: the original rasterizer

@@ -106,9 +106,9 @@ TEST_F(JobFile, ARegionMayBeAMatch) {
   EXPECT_EQ(job.regions[0].match->like, temp_ / "b.ply");
   EXPECT_EQ(job.regions[0].match->map, "auto");
   EXPECT_THAT(Fault(with(R"({"name": "a", "match": {"map": "curve"}})")),
-              HasSubstr("regions[0].match: map is auto, exposure, balance, matrix or table"));
+              HasSubstr("regions[0].match: `map` is auto, exposure, balance, matrix or table"));
   EXPECT_THAT(Fault(with(R"({"name": "a", "match": {"like": "b.ply", "gray": "v:1,2,3,4"}})")),
-              HasSubstr("only one of like, gray and checker"));
+              HasSubstr("only one of `like`, `gray` and `checker`"));
   EXPECT_THAT(Fault(with(R"({"name": "a", "match": {}, "masks": "m"})")), HasSubstr("masks"));
   EXPECT_THAT(Fault(with(R"({"name": "a", "match": {"like": "out.ply"}})")),
               HasSubstr("would replace what the splat of \"like\" names"));

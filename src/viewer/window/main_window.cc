@@ -412,7 +412,7 @@ void MainWindow::ShowCloudNote() {
   QString note;
   if (region && region->selection && !region->selection->masks.empty()) {
     note = tr("Points of the paint");
-    if (!key.isEmpty() && !quality_->mask_shown()) note += tr(" · %1 shows the mask").arg(key);
+    if (!key.isEmpty()) note += tr(" · %1 shows the mask").arg(key);
   }
   canvas_->SetCloudNote(note);
 }
