@@ -394,7 +394,9 @@ class SelectionToolsTest : public CanvasFixture {
     QVERIFY(Settled());
     QVERIFY2(hint->text().contains("Draw there with Ctrl"), qPrintable(hint->text()));
     Key(Qt::Key_I);
-    QVERIFY(hint->text().contains("Click on the outline"));
+    QVERIFY2(hint->text().contains("Enter accepts what is selected"), qPrintable(hint->text()));
+    Key(Qt::Key_A, Qt::ControlModifier | Qt::ShiftModifier);
+    QVERIFY2(hint->text().contains("Click on the outline"), qPrintable(hint->text()));
     Click(At(30, 30));
     QVERIFY2(hint->text().contains("three points"), qPrintable(hint->text()));
     Key(Qt::Key_Return);
