@@ -49,6 +49,7 @@ void ViewSwitch::paintEvent(QPaintEvent*) {
 
 OrientationGizmo::OrientationGizmo(Canvas* canvas) : QWidget(canvas), canvas_(canvas) {
   setObjectName("orientation_gizmo");
+  setAttribute(Qt::WA_Hover);  // paints when the mouse enters and leaves
   setAccessibleName(tr("Orientation"));
   setToolTip(tr("Click an end to look from there; drag to orbit. Z is up"));
   setFixedSize(sizeHint());
@@ -148,16 +149,6 @@ void OrientationGizmo::mouseReleaseEvent(QMouseEvent* event) {
   canvas_->navigation().LookFrom(canvas_->navigation().Axes().col(end->axis) *
                                  (end->positive ? 1 : -1));
   canvas_->CameraMoved();
-}
-
-void OrientationGizmo::enterEvent(QEnterEvent* event) {
-  update();
-  QWidget::enterEvent(event);
-}
-
-void OrientationGizmo::leaveEvent(QEvent* event) {
-  update();
-  QWidget::leaveEvent(event);
 }
 
 }  // namespace retint

@@ -15,6 +15,7 @@ constexpr int kTop = 14;      // of the arrow's middle
 }  // namespace
 
 SideStrip::SideStrip(Qt::Edge side, QWidget* parent) : QAbstractButton(parent), side_(side) {
+  setAttribute(Qt::WA_Hover);   // paints when the mouse enters and leaves
   setFocusPolicy(Qt::NoFocus);  // every panel has a key
   setSizePolicy(QSizePolicy::Fixed, QSizePolicy::Expanding);
 }
@@ -53,16 +54,6 @@ void SideStrip::paintEvent(QPaintEvent*) {
   painter.drawText(room, Qt::AlignRight | Qt::AlignVCenter,
                    fontMetrics().elidedText(panels_.join(QStringLiteral("   ·   ")), Qt::ElideLeft,
                                             int(room.width())));
-}
-
-void SideStrip::enterEvent(QEnterEvent* event) {
-  update();
-  QAbstractButton::enterEvent(event);
-}
-
-void SideStrip::leaveEvent(QEvent* event) {
-  update();
-  QAbstractButton::leaveEvent(event);
 }
 
 }  // namespace retint

@@ -75,38 +75,31 @@ bool IsWithin(const fs::path& path, const fs::path& folder) {
 
 }  // namespace
 
-Exports::Exports(const Parts& parts, QWidget* window)
-    : QObject(window),
-      window_(window),
-      controller_(parts.controller),
-      sessions_(parts.sessions),
-      current_(parts.current),
-      canvas_(parts.canvas),
-      videos_(parts.videos),
-      dialogs_(parts.dialogs) {
+Exports::Exports(const WindowParts& parts, QWidget* window)
+    : QObject(window), window_(window), parts_(parts) {
   const auto wrote = [this](const QString& path) {
     RememberOutput(path.toStdString());
     Q_EMIT written();
   };
-  connect(&controller_->results(), &SceneResults::written, this,
+  connect(&parts_.controller->results(), &SceneResults::written, this,
           [this, wrote](const QString& path) {
             wrote(path);
             Q_EMIT said(tr("Wrote %1").arg(path));
           });
-  connect(sessions_, &SessionStore::saved, this, [this, wrote](const QString& path) {
+  connect(parts_.sessions, &SessionStore::saved, this, [this, wrote](const QString& path) {
     wrote(path);
     Q_EMIT said(tr("Saved %1").arg(path));
   });
-  connect(videos_, &VideoMaker::finished, this,
+  connect(parts_.videos, &VideoMaker::finished, this,
           [this](const QString& path) { Q_EMIT said(tr("Wrote %1").arg(path)); });
-  connect(videos_, &VideoMaker::failed, this, [this](const QString& message) {
-    dialogs_->ShowError(tr("The video cannot be made"), message);
+  connect(parts_.videos, &VideoMaker::failed, this, [this](const QString& message) {
+    parts_.dialogs->ShowError(tr("The video cannot be made"), message);
   });
 }
 
 fs::path Exports::ProposedOutput(const QString& ending) const {
-  const fs::path workspace = WithoutSlash(controller_->facts()->request.place());
-  const fs::path& session = sessions_->folder();
+  const fs::path workspace = WithoutSlash(parts_.controller->facts()->request.place());
+  const fs::path& session = parts_.sessions->folder();
   const fs::path of = session.empty() ? workspace : session;
   const QString last = QSettings().value(kPlace).toString();
   const fs::path place = !last.isEmpty() && QDir(last).exists() ? Path(last) : of.parent_path();
@@ -131,11 +124,11 @@ void Exports::ConfirmReplacing(const fs::path& folder, const std::vector<fs::pat
   const QString what =
       there.size() == 1 ? tr("Replace a file?") : tr("Replace %1 files?").arg(there.size());
   QString reason = tr("%1 already holds %2.").arg(Text(folder), names);
-  const auto facts = controller_->facts();
+  const auto facts = parts_.controller->facts();
   if (facts && !facts->request.workspace.empty() && IsWithin(folder, facts->request.workspace)) {
     reason += tr("\nThis is in the workspace itself: they may be its own files.");
   }
-  dialogs_->Ask(what, reason, tr("&Replace"), std::move(go));
+  parts_.dialogs->Ask(what, reason, tr("&Replace"), std::move(go));
 }
 
 void Exports::ConfirmReplacing(const fs::path& file, std::function<void()> go) {
@@ -143,9 +136,9 @@ void Exports::ConfirmReplacing(const fs::path& file, std::function<void()> go) {
 }
 
 void Exports::Splat() {
-  if (!controller_->IsOpen()) return;
-  const fs::path source = controller_->facts()->request.splat;
-  const std::vector<ExportFormat> formats = ExportFormats(*controller_->facts()->original);
+  if (!parts_.controller->IsOpen()) return;
+  const fs::path source = parts_.controller->facts()->request.splat;
+  const std::vector<ExportFormat> formats = ExportFormats(*parts_.controller->facts()->original);
   // That of the scene's own splat comes first.
   ExportFormat own = formats.front();
   QStringList filters;
@@ -159,12 +152,13 @@ void Exports::Splat() {
                                                     filters.join(";;"), &chosen, kAskHere);
   if (path.isEmpty()) return;
   const QString named = NamedForExport(path, chosen, formats, &problem);
-  if (named.isEmpty()) return dialogs_->ShowError(tr("Choose another ending"), problem);
-  ConfirmReplacing(Path(named), [this, named] { controller_->results().WriteSplat(Path(named)); });
+  if (named.isEmpty()) return parts_.dialogs->ShowError(tr("Choose another ending"), problem);
+  ConfirmReplacing(Path(named),
+                   [this, named] { parts_.controller->results().WriteSplat(Path(named)); });
 }
 
 void Exports::Report() {
-  if (!controller_->IsOpen()) return;
+  if (!parts_.controller->IsOpen()) return;
   const QString page = tr("Page to look at (*.html)"),
                 figures = tr("Figures for programs (*.json)");
   QString kind = page;
@@ -174,39 +168,40 @@ void Exports::Report() {
   if (path.isEmpty()) return;
   const QString ending = kind == figures ? ".json" : ".html";
   if (!path.endsWith(".json") && !path.endsWith(".html")) path += ending;
-  ConfirmReplacing(Path(path), [this, path] { controller_->results().WriteReport(Path(path)); });
+  ConfirmReplacing(Path(path),
+                   [this, path] { parts_.controller->results().WriteReport(Path(path)); });
 }
 
 void Exports::Masks() {
-  const Region* region = controller_->regions().Find(current_->id());
+  const Region* region = parts_.controller->regions().Find(parts_.current->id());
   if (!region) {
-    return dialogs_->ShowError(tr("Export masks"),
-                               tr("Choose a region first. Masks belong to a region."));
+    return parts_.dialogs->ShowError(tr("Export masks"),
+                                     tr("Choose a region first. Masks belong to a region."));
   }
   auto* dialog = new ExportDialog(ExportDialog::Kind::kMasks, QString::fromStdString(region->name),
                                   Text(ProposedOutput("-masks")), window_);
   connect(dialog, &QDialog::accepted, this, [this, dialog, id = region->id] {
-    const Region* one = controller_->regions().Find(id);
+    const Region* one = parts_.controller->regions().Find(id);
     if (!one) return;
     const fs::path folder = dialog->folder();
     std::vector<const View*> views;
     for (const auto& [name, mask] : one->selection->masks) {
-      views.push_back(controller_->facts()->workspace->reconstruction.FindView(name));
+      views.push_back(parts_.controller->facts()->workspace->reconstruction.FindView(name));
     }
-    ConfirmReplacing(folder, ViewFiles(folder, PictureNames(*controller_->facts(), views)),
-                     [this, folder, id] { controller_->results().WriteMasks(folder, id); });
+    ConfirmReplacing(folder, ViewFiles(folder, PictureNames(*parts_.controller->facts(), views)),
+                     [this, folder, id] { parts_.controller->results().WriteMasks(folder, id); });
   });
   dialog->open();
 }
 
 void Exports::Views() {
-  if (!controller_->IsOpen()) return;
-  const UserPicture* picture = canvas_->picture();
+  if (!parts_.controller->IsOpen()) return;
+  const UserPicture* picture = parts_.canvas->picture();
   const std::string shown = picture ? picture->name : std::string();
   auto* dialog = new ExportDialog(ExportDialog::Kind::kViews, QString::fromStdString(shown),
                                   Text(ProposedOutput("-views")), window_);
   connect(dialog, &QDialog::accepted, this, [=, this] {
-    const auto facts = controller_->facts();
+    const auto facts = parts_.controller->facts();
     if (!facts) return;
     const fs::path folder = dialog->folder();
     std::vector<const View*> views = facts->views;
@@ -217,31 +212,32 @@ void Exports::Views() {
     }
     std::vector<std::string> names;
     for (const View* one : views) names.push_back(one->name);
-    ConfirmReplacing(folder, ViewFiles(folder, PictureNames(*facts, views)),
-                     [this, folder, names] { controller_->results().WriteViews(folder, names); });
+    ConfirmReplacing(folder, ViewFiles(folder, PictureNames(*facts, views)), [this, folder, names] {
+      parts_.controller->results().WriteViews(folder, names);
+    });
   });
   dialog->open();
 }
 
 void Exports::Turntable() {
-  if (!controller_->IsOpen()) return;
+  if (!parts_.controller->IsOpen()) return;
   auto* dialog = new ExportDialog(ExportDialog::Kind::kTurntable, {},
                                   Text(ProposedOutput("-turntable")), window_);
   connect(dialog, &QDialog::accepted, this, [this, dialog] {
-    const auto facts = controller_->facts();
+    const auto facts = parts_.controller->facts();
     if (!facts) return;
-    const PosedCamera shown = canvas_->navigation().Rendered();
+    const PosedCamera shown = parts_.canvas->navigation().Rendered();
     // Even sizes: video encoders want them.
     const QSize asked = dialog->frame_size();
     const QSize size = asked.isEmpty() ? QSize(shown.camera.width, shown.camera.height) : asked;
     const auto cameras =
         dialog->choice() == ExportDialog::kThroughViews
             ? ViewPath(facts->workspace->reconstruction, facts->Standpoints(), dialog->frames())
-            : canvas_->navigation().Turntable(dialog->frames(), size.width() & ~1,
-                                              size.height() & ~1);
+            : parts_.canvas->navigation().Turntable(dialog->frames(), size.width() & ~1,
+                                                    size.height() & ~1);
     const fs::path folder = dialog->folder();
-    if (videos_->Needs(folder)) {
-      return dialogs_->ShowError(
+    if (parts_.videos->Needs(folder)) {
+      return parts_.dialogs->ShowError(
           tr("Choose another folder"),
           tr("A video of the frames in %1 is still being made.").arg(Text(folder)));
     }
@@ -254,28 +250,28 @@ void Exports::Turntable() {
       if (wanted) MakeVideo(folder, video, rate);
     };
     ConfirmReplacing(folder, files, [this, folder, cameras, then, frames] {
-      controller_->results().WriteFrames(folder, cameras, then, frames);
+      parts_.controller->results().WriteFrames(folder, cameras, then, frames);
     });
   });
   dialog->open();
 }
 
 void Exports::MakeVideo(const fs::path& folder, const fs::path& video, int rate) {
-  Q_EMIT said(videos_->IsBusy() ? tr("%1 is made after the video before it").arg(Text(video))
-                                : tr("Making %1").arg(Text(video)));
-  videos_->Make(folder, video, rate);
+  Q_EMIT said(parts_.videos->IsBusy() ? tr("%1 is made after the video before it").arg(Text(video))
+                                      : tr("Making %1").arg(Text(video)));
+  parts_.videos->Make(folder, video, rate);
 }
 
 void Exports::Comparison() {
-  if (!controller_->IsOpen()) return;
+  if (!parts_.controller->IsOpen()) return;
   QString path = QFileDialog::getSaveFileName(window_, tr("Export before and after"),
                                               Text(ProposedOutput("-before-after.png")),
                                               tr("Pictures (*.png)"), nullptr, kAskHere);
   if (path.isEmpty()) return;
   if (!path.endsWith(".png")) path += ".png";
-  const PosedCamera camera = canvas_->navigation().Rendered();
-  ConfirmReplacing(Path(path), [this, path, camera, lens = canvas_->Lens()] {
-    controller_->results().WriteComparison(Path(path), camera, lens);
+  const PosedCamera camera = parts_.canvas->navigation().Rendered();
+  ConfirmReplacing(Path(path), [this, path, camera, lens = parts_.canvas->Lens()] {
+    parts_.controller->results().WriteComparison(Path(path), camera, lens);
   });
 }
 

@@ -11,31 +11,17 @@
 #include <QString>
 
 #include "viewer/scene/scene_controller.h"
+#include "viewer/window/window_parts.h"
 
 class QWidget;
 
 namespace retint {
 
-class Canvas;
-class CurrentRegion;
-class Dialogs;
-class SessionStore;
-class VideoMaker;
-
 class Exports : public QObject {
   Q_OBJECT
 
  public:
-  // The parts of the window that it works with.
-  struct Parts {
-    SceneController* controller;
-    SessionStore* sessions;
-    CurrentRegion* current;
-    Canvas* canvas;
-    VideoMaker* videos;
-    Dialogs* dialogs;
-  };
-  Exports(const Parts& parts, QWidget* window);
+  Exports(const WindowParts& parts, QWidget* window);
 
   void Splat();
   void Masks();  // of the current region
@@ -61,12 +47,7 @@ class Exports : public QObject {
   void MakeVideo(const std::filesystem::path& folder, const std::filesystem::path& video, int rate);
 
   QWidget* window_;
-  SceneController* controller_;
-  SessionStore* sessions_;
-  CurrentRegion* current_;
-  Canvas* canvas_;
-  VideoMaker* videos_;
-  Dialogs* dialogs_;
+  const WindowParts parts_;
 };
 
 }  // namespace retint

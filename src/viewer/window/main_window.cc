@@ -78,9 +78,9 @@ MainWindow::MainWindow(Theme* theme, QWidget* parent) : QMainWindow(parent), the
   sessions_->SetViewState([this] { return canvas_->CameraState(); });
   dialogs_ = new Dialogs(this);
   BuildCenter();
-  exports_ = new Exports({controller_, sessions_, current_, canvas_, videos_, dialogs_}, this);
-  files_ = new SceneFiles(
-      {controller_, sessions_, current_, selection_, canvas_, videos_, dialogs_, exports_}, this);
+  const WindowParts parts{controller_, sessions_, current_, selection_, canvas_, videos_, dialogs_};
+  exports_ = new Exports(parts, this);
+  files_ = new SceneFiles(parts, exports_, this);
   uncertainty_ = new Uncertainty(controller_, current_, this);
   preview_ = new StrokePreview(controller_, selection_, this);
   BuildStatusBar();

@@ -46,28 +46,22 @@ QString RecentLine(const QString& entry, const QFontMetrics& metrics) {
 
 }  // namespace
 
-SceneFiles::SceneFiles(const Parts& parts, QWidget* window)
+SceneFiles::SceneFiles(const WindowParts& parts, Exports* exports, QWidget* window)
     : QObject(window),
       window_(window),
-      controller_(parts.controller),
-      sessions_(parts.sessions),
-      current_(parts.current),
-      selection_(parts.selection),
-      canvas_(parts.canvas),
-      videos_(parts.videos),
-      dialogs_(parts.dialogs),
-      exports_(parts.exports),
+      parts_(parts),
+      exports_(exports),
       sample_(std::make_shared<SampleScene>(
           QStandardPaths::writableLocation(QStandardPaths::AppDataLocation).toStdString() +
           "/sample")) {
-  connect(controller_, &SceneController::opened, this, [this] {
+  connect(parts_.controller, &SceneController::opened, this, [this] {
     if (!opening_.isEmpty()) RememberRecent(opening_);
     QTimer::singleShot(kPictureMs, this, &SceneFiles::KeepPicture);
     form_.reset();
   });
-  connect(controller_, &SceneController::openFailed, this, &SceneFiles::OnOpenFailed);
-  connect(controller_, &SceneController::openCancelled, this, [this] { form_.reset(); });
-  connect(sessions_, &SessionStore::saved, this, [this](const QString& path) {
+  connect(parts_.controller, &SceneController::openFailed, this, &SceneFiles::OnOpenFailed);
+  connect(parts_.controller, &SceneController::openCancelled, this, [this] { form_.reset(); });
+  connect(parts_.sessions, &SessionStore::saved, this, [this](const QString& path) {
     RememberRecent(path);
     opening_ = path;
     KeepPicture();
@@ -78,7 +72,7 @@ SceneFiles::SceneFiles(const Parts& parts, QWidget* window)
 
 void SceneFiles::Start(const StartOptions& options) {
   if (!options.problem.isEmpty()) {
-    return dialogs_->ShowError(tr("That cannot be opened"), options.problem);
+    return parts_.dialogs->ShowError(tr("That cannot be opened"), options.problem);
   }
   OfferRecovery(options, [this, options] { OpenStart(options); });
 }
@@ -98,19 +92,19 @@ void SceneFiles::OpenRequested(const OpenRequest& request, bool from_form) {
   ConfirmThen(tr("Open another scene?"), [this, request, from_form] {
     opening_ = RecentEntry(request);
     form_ = from_form ? std::optional(request) : std::nullopt;
-    controller_->Open(request);
+    parts_.controller->Open(request);
   });
 }
 
 // A filled-in form comes back with the reason. Otherwise, only the reason is shown.
 void SceneFiles::OnOpenFailed(const QString& message) {
-  if (!form_) return dialogs_->ShowError(tr("The scene cannot be opened"), message);
+  if (!form_) return parts_.dialogs->ShowError(tr("The scene cannot be opened"), message);
   const OpenRequest request = *std::exchange(form_, std::nullopt);
   AskAndOpen(request, message);
 }
 
 void SceneFiles::PrepareSample() {
-  if (!controller_->IsOpen() && !controller_->IsBusy()) sample_->Prepare();
+  if (!parts_.controller->IsOpen() && !parts_.controller->IsBusy()) sample_->Prepare();
 }
 
 void SceneFiles::OpenSample() {
@@ -124,7 +118,7 @@ void SceneFiles::OpenSample() {
   ConfirmThen(tr("Open the sample?"), [this, request, open] {
     opening_ = RecentEntry(request);
     form_.reset();
-    controller_->OpenWith(tr("the sample"), open);
+    parts_.controller->OpenWith(tr("the sample"), open);
   });
 }
 
@@ -140,12 +134,12 @@ void SceneFiles::OpenSession(const std::filesystem::path& folder, const std::str
     form_.reset();
     SessionOptions options;
     options.backend = backend;
-    sessions_->Open(Path(path), options);
+    parts_.sessions->Open(Path(path), options);
   });
 }
 
 void SceneFiles::SplitGaussians(RegionId region) {
-  if (!controller_->regions().Find(region)) return;
+  if (!parts_.controller->regions().Find(region)) return;
   // The dialog sees the typed name, but an extension may be added to it.
   QString path = QFileDialog::getSaveFileName(
       window_, tr("Write the finer splat"), Text(exports_->ProposedOutput("-finer.ply")),
@@ -153,9 +147,10 @@ void SceneFiles::SplitGaussians(RegionId region) {
   if (path.isEmpty()) return;
   if (!path.endsWith(".ply")) path += ".ply";
   std::error_code code;
-  if (std::filesystem::equivalent(Path(path), controller_->facts()->request.splat, code)) {
-    return dialogs_->ShowError(tr("Choose another name"),
-                               tr("%1 is the splat that is open, and stays as it is.").arg(path));
+  if (std::filesystem::equivalent(Path(path), parts_.controller->facts()->request.splat, code)) {
+    return parts_.dialogs->ShowError(
+        tr("Choose another name"),
+        tr("%1 is the splat that is open, and stays as it is.").arg(path));
   }
   exports_->ConfirmReplacing(Path(path), [this, region, path] {
     AskOfPaint(tr("Open the finer splat?"), [this, region, path] { SplitInto(region, path); });
@@ -163,30 +158,31 @@ void SceneFiles::SplitGaussians(RegionId region) {
 }
 
 void SceneFiles::SplitInto(RegionId region, const QString& path) {
-  if (!controller_->IsOpen()) return;  // closed during the question
-  OpenRequest request = controller_->facts()->request;
+  if (!parts_.controller->IsOpen()) return;  // closed during the question
+  OpenRequest request = parts_.controller->facts()->request;
   request.splat = Path(path);
   opening_ = RecentEntry(request);
   form_.reset();
-  const std::string camera = canvas_->CameraState();
-  controller_->SplitGaussians(region, {}, request.splat, [=, this](const RefineSummary& summary) {
-    if (summary.split == 0) {
-      return Q_EMIT said(tr("No painted Gaussian is large: the scene stays as it is"));
-    }
-    current_->Set(region);
-    canvas_->RestoreCamera(camera);
-    Q_EMIT said(
-        tr("%1 Gaussians became %2, in %3, which is open now. Save the session to keep the regions")
-            .arg(summary.split)
-            .arg(summary.parts)
-            .arg(path));
-  });
+  const std::string camera = parts_.canvas->CameraState();
+  parts_.controller->SplitGaussians(
+      region, {}, request.splat, [=, this](const RefineSummary& summary) {
+        if (summary.split == 0) {
+          return Q_EMIT said(tr("No painted Gaussian is large: the scene stays as it is"));
+        }
+        parts_.current->Set(region);
+        parts_.canvas->RestoreCamera(camera);
+        Q_EMIT said(tr("%1 Gaussians became %2, in %3, which is open now. Save the session to keep "
+                       "the regions")
+                        .arg(summary.split)
+                        .arg(summary.parts)
+                        .arg(path));
+      });
 }
 
 void SceneFiles::OpenPaths(const QStringList& paths) {
   const DroppedPaths dropped = SortPaths(paths);
   if (!dropped.problem.isEmpty())
-    return dialogs_->ShowError(tr("That cannot be opened"), dropped.problem);
+    return parts_.dialogs->ShowError(tr("That cannot be opened"), dropped.problem);
   if (!dropped.session.isEmpty()) return OpenSession(Path(dropped.session));
   OpenRequest request;
   request.workspace = Path(dropped.workspace);
@@ -194,17 +190,17 @@ void SceneFiles::OpenPaths(const QStringList& paths) {
       Path(dropped.splat.isEmpty() && !dropped.workspace.isEmpty() ? GuessSplat(dropped.workspace)
                                                                    : dropped.splat);
   // A splat without a workspace goes with the open workspace.
-  if (request.workspace.empty() && controller_->IsOpen()) {
-    request.workspace = controller_->facts()->request.workspace;
-    request.options = controller_->facts()->request.options;
+  if (request.workspace.empty() && parts_.controller->IsOpen()) {
+    request.workspace = parts_.controller->facts()->request.workspace;
+    request.options = parts_.controller->facts()->request.options;
   }
   if (request.splat.empty()) return AskAndOpen(request);
   OpenScene(request);
 }
 
 void SceneFiles::AskAndOpen(OpenRequest start, const QString& failure) {
-  if (start.workspace.empty() && start.splat.empty() && controller_->IsOpen()) {
-    start = controller_->facts()->request;
+  if (start.workspace.empty() && start.splat.empty() && parts_.controller->IsOpen()) {
+    start = parts_.controller->facts()->request;
   }
   auto* dialog = new OpenDialog(start, window_);
   dialog->setObjectName("open_dialog");
@@ -223,8 +219,8 @@ void SceneFiles::Forget(const QString& entry) {
 void SceneFiles::OpenRecent(const QString& entry) {
   if (const QString missing = MissingOf(entry); !missing.isEmpty()) {
     Forget(entry);
-    return dialogs_->ShowError(tr("It cannot be opened again"),
-                               tr("%1 is gone. It is off the list now.").arg(missing));
+    return parts_.dialogs->ShowError(tr("It cannot be opened again"),
+                                     tr("%1 is gone. It is off the list now.").arg(missing));
   }
   if (IsSessionEntry(entry)) return OpenSession(Path(entry));
   OpenScene(RecentRequest(entry));
@@ -249,16 +245,16 @@ void SceneFiles::FillRecent(QMenu* menu) {
 }
 
 void SceneFiles::KeepPicture() {
-  if (controller_->IsOpen() && canvas_->frame()) {
-    KeepRecentPicture(opening_, canvas_->frame()->image);
+  if (parts_.controller->IsOpen() && parts_.canvas->frame()) {
+    KeepRecentPicture(opening_, parts_.canvas->frame()->image);
   }
 }
 
 // ---- Sessions
 
 void SceneFiles::Save(bool as, std::function<void()> then) {
-  if (!controller_->IsOpen()) return;
-  auto folder = sessions_->folder();
+  if (!parts_.controller->IsOpen()) return;
+  auto folder = parts_.sessions->folder();
   if (as || folder.empty()) {
     const auto start = folder.empty() ? exports_->ProposedOutput(".retint") : folder;
     QString path = QFileDialog::getSaveFileName(window_, tr("Save the session"), Text(start),
@@ -268,8 +264,9 @@ void SceneFiles::Save(bool as, std::function<void()> then) {
     if (!path.endsWith(".retint")) path += ".retint";
     const auto chosen = Path(path);
     if (SamePath(chosen, folder)) return SaveAgain(std::move(then));
-    return exports_->ConfirmReplacing(chosen, {chosen / "session.json"},
-                                      [this, chosen, then] { sessions_->Save(chosen, then); });
+    return exports_->ConfirmReplacing(chosen, {chosen / "session.json"}, [this, chosen, then] {
+      parts_.sessions->Save(chosen, then);
+    });
   }
   SaveAgain(std::move(then));
 }
@@ -277,8 +274,8 @@ void SceneFiles::Save(bool as, std::function<void()> then) {
 // Saves to the open session. Asks first if another program has saved it in the
 // meantime.
 void SceneFiles::SaveAgain(std::function<void()> then) {
-  const auto folder = sessions_->folder();
-  if (!sessions_->IsSavedElsewhere()) return sessions_->Save(folder, std::move(then));
+  const auto folder = parts_.sessions->folder();
+  if (!parts_.sessions->IsSavedElsewhere()) return parts_.sessions->Save(folder, std::move(then));
   const QString what = tr("Replace the session?");
   auto* box = new QMessageBox(QMessageBox::Warning, what, what, QMessageBox::Cancel, window_);
   box->setInformativeText(
@@ -289,10 +286,10 @@ void SceneFiles::SaveAgain(std::function<void()> then) {
   QPushButton* as = box->addButton(tr("Save &as…"), QMessageBox::AcceptRole);
   box->setDefaultButton(as);
   connect(box, &QMessageBox::buttonClicked, this, [=, this](QAbstractButton* button) {
-    if (button == replace) sessions_->Save(folder, then);
+    if (button == replace) parts_.sessions->Save(folder, then);
     if (button == as) Save(true, then);
   });
-  dialogs_->Show(box);
+  parts_.dialogs->Show(box);
 }
 
 // Offers the newest unsaved work of the requested files, or of any files if there is no request.
@@ -331,27 +328,28 @@ void SceneFiles::OfferRecovery(const StartOptions& options, std::function<void()
       opening_.clear();
       SessionOptions session_options;
       session_options.backend = options.scene.options.backend;
-      sessions_->Open(newest.folder, session_options);
+      parts_.sessions->Open(newest.folder, session_options);
       return;
     }
     if (button == discard) RemoveRecovery(newest);
     otherwise();
   });
-  dialogs_->Show(box);
+  parts_.dialogs->Show(box);
 }
 
 // ---- Questions
 
 void SceneFiles::ConfirmThen(const QString& what, std::function<void()> go, bool quits) {
-  const bool running = controller_->colors().optimizer().Active();
-  const bool busy = controller_->IsOpen() && controller_->IsBusy();
-  const bool modified = controller_->IsOpen() && sessions_->IsModified();
-  const bool painted = selection_->HoldsPaint();
-  const bool filming = quits && videos_->IsBusy();
+  const bool running = parts_.controller->colors().optimizer().Active();
+  const bool busy = parts_.controller->IsOpen() && parts_.controller->IsBusy();
+  const bool modified = parts_.controller->IsOpen() && parts_.sessions->IsModified();
+  const bool painted = parts_.selection->HoldsPaint();
+  const bool filming = quits && parts_.videos->IsBusy();
   if (!running && !busy && !filming && !modified && !painted) return go();
   QStringList reasons;
   if (running) reasons << tr("The optimizer is still running. It will be stopped.");
-  if (busy) reasons << tr("%1 is still under way. It will be stopped.").arg(controller_->task());
+  if (busy)
+    reasons << tr("%1 is still under way. It will be stopped.").arg(parts_.controller->task());
   if (filming) reasons << tr("The video is still being made. It will be stopped.");
   if (painted) reasons << LossOfPaint();
   if (modified) reasons << tr("There are edits that have not been saved.");
@@ -367,8 +365,8 @@ void SceneFiles::ConfirmThen(const QString& what, std::function<void()> go, bool
   if (!painted) box->setDefaultButton(save ? save : leave);
   if (painted) box->setDefaultButton(QMessageBox::Cancel);
   const auto stop_and_go = [this, go = std::move(go)] {
-    controller_->colors().CancelRefit();
-    controller_->Cancel();
+    parts_.controller->colors().CancelRefit();
+    parts_.controller->Cancel();
     go();
   };
   connect(box, &QMessageBox::buttonClicked, this, [=, this](QAbstractButton* button) {
@@ -378,19 +376,19 @@ void SceneFiles::ConfirmThen(const QString& what, std::function<void()> go, bool
       Save(false, stop_and_go);  // save before stopping: the question may end here
     }
   });
-  dialogs_->Show(box);
+  parts_.dialogs->Show(box);
 }
 
 // Names the view, because the strokes may be old.
 QString SceneFiles::LossOfPaint() const {
-  const QString view = selection_->entry().view;
+  const QString view = parts_.selection->entry().view;
   return tr("What you painted %1 has not been accepted. It will be lost.")
       .arg(view.isEmpty() ? tr("in a free view") : tr("on %1").arg(view));
 }
 
 void SceneFiles::AskOfPaint(const QString& what, std::function<void()> go) {
-  if (!selection_->HoldsPaint()) return go();
-  dialogs_->Ask(what, LossOfPaint(), tr("&Discard the paint"), std::move(go));
+  if (!parts_.selection->HoldsPaint()) return go();
+  parts_.dialogs->Ask(what, LossOfPaint(), tr("&Discard the paint"), std::move(go));
 }
 
 }  // namespace retint

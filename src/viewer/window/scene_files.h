@@ -14,20 +14,15 @@
 #include <QStringList>
 
 #include "viewer/scene/scene_controller.h"
+#include "viewer/window/window_parts.h"
 
 class QMenu;
 class QWidget;
 
 namespace retint {
 
-class Canvas;
-class CurrentRegion;
-class Dialogs;
 class Exports;
 class SampleScene;
-class SelectionMode;
-class SessionStore;
-class VideoMaker;
 
 // The requests of the command line.
 struct StartOptions {
@@ -40,18 +35,7 @@ class SceneFiles : public QObject {
   Q_OBJECT
 
  public:
-  // The parts of the window that it works with.
-  struct Parts {
-    SceneController* controller;
-    SessionStore* sessions;
-    CurrentRegion* current;
-    SelectionMode* selection;
-    Canvas* canvas;
-    VideoMaker* videos;
-    Dialogs* dialogs;
-    Exports* exports;
-  };
-  SceneFiles(const Parts& parts, QWidget* window);
+  SceneFiles(const WindowParts& parts, Exports* exports, QWidget* window);
 
   // After show(): opens the requested scene, or offers unsaved work; asks for missing parts.
   void Start(const StartOptions& options);
@@ -93,13 +77,7 @@ class SceneFiles : public QObject {
   QString LossOfPaint() const;  // a reason to ask
 
   QWidget* window_;
-  SceneController* controller_;
-  SessionStore* sessions_;
-  CurrentRegion* current_;
-  SelectionMode* selection_;
-  Canvas* canvas_;
-  VideoMaker* videos_;
-  Dialogs* dialogs_;
+  const WindowParts parts_;
   Exports* exports_;
   std::shared_ptr<SampleScene> sample_;
   QString opening_;                  // entry of the recent files, once it has opened
