@@ -14,16 +14,34 @@
 namespace retint::python {
 namespace {
 
-class FunctionMatcher : public StereoMatcher {
+// A function in Python, which any thread may let go.
+class Function {
  public:
-  // With the lock of Python, as all that handles its objects.
-  explicit FunctionMatcher(py::object function)
+  // Holds the lock of Python, as every call does.
+  Function(const char* kind, py::object function)
       : function_(std::move(function)),
-        name_("matcher " + py::repr(function_).cast<std::string>()) {}
-  ~FunctionMatcher() override {
+        name_(std::string(kind) + " " + py::repr(function_).cast<std::string>()) {}
+  ~Function() {
     const py::gil_scoped_acquire locked;
     function_ = {};
   }
+  Function(const Function&) = delete;
+  Function& operator=(const Function&) = delete;
+
+  template <typename... Args>
+  py::object operator()(Args&&... args) const {
+    return function_(std::forward<Args>(args)...);
+  }
+  const std::string& name() const { return name_; }
+
+ private:
+  py::object function_;
+  const std::string name_;
+};
+
+class FunctionMatcher : public StereoMatcher {
+ public:
+  explicit FunctionMatcher(py::object function) : function_("matcher", std::move(function)) {}
 
   StereoMatch Match(const Image8& left, const Image8& right, const DisparityRange&,
                     const Monitor&) const override {
@@ -32,7 +50,7 @@ class FunctionMatcher : public StereoMatcher {
     const auto array = Floats::ensure(answer);
     if (!array) {
       PyErr_Clear();
-      throw OptionError(name_ + " returned no array of numbers");
+      throw OptionError(function_.name() + " returned no array of numbers");
     }
     RequireShape(array, {left.height, left.width}, "the disparity that matcher returned");
     StereoMatch match;
@@ -43,26 +61,20 @@ class FunctionMatcher : public StereoMatcher {
     return match;
   }
 
-  std::string Identity() const override { return name_; }
+  std::string Identity() const override { return function_.name(); }
 
  private:
-  py::object function_;
-  const std::string name_;
+  const Function function_;
 };
 
 class FunctionOutlines : public MaskNetwork {
  public:
-  // As FunctionMatcher's.
-  explicit FunctionOutlines(py::object function)
-      : function_(std::move(function)),
-        name_("network " + py::repr(function_).cast<std::string>()) {}
-  ~FunctionOutlines() override {
-    const py::gil_scoped_acquire locked;
-    function_ = {};
-  }
+  explicit FunctionOutlines(py::object function) : function_("network", std::move(function)) {}
 
-  ScalarImage Outline(const Image8& image, const ObjectPrompt&, const Image8&,
+  ScalarImage Outline(const Image8& image, const ObjectPrompt& prompt, const Image8&,
                       const Monitor&) const override {
+    CheckOption(prompt.Empty(),
+                "a function takes no points and no rectangle: let it know them itself");
     const py::gil_scoped_acquire locked;
     const Mask mask = ToMask(function_(FromPixels(Image8(image))), image.width, image.height);
     ScalarImage sure(image.width, image.height);
@@ -70,11 +82,10 @@ class FunctionOutlines : public MaskNetwork {
     return sure;
   }
 
-  std::string Identity() const override { return name_; }
+  std::string Identity() const override { return function_.name(); }
 
  private:
-  py::object function_;
-  const std::string name_;
+  const Function function_;
 };
 
 }  // namespace

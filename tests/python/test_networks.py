@@ -76,6 +76,8 @@ def test_a_function_outlines(session, scene):
         session.mask(scene.view, network=lambda image: image)
     with pytest.raises(ZeroDivisionError):
         session.mask(scene.view, network=lambda image: 1 // 0)
+    with pytest.raises(retint.OptionError, match="a function takes no points"):
+        session.mask(scene.view, network=network, points=[(9, 9)])
     with pytest.raises(retint.OptionError, match="or a function of an image"):
         session.mask(scene.view, network=3)
 
