@@ -29,6 +29,7 @@ SessionOptions OptionsOf(const EditRecipe& job, const std::string& backend) {
   options.image_folder = job.images;
   options.model = job.model;
   options.render_model = job.render_model;
+  options.space = job.space;
   options.holdout = job.holdout;
   if (job.views > 0) options.views = job.views;
   if (!job.world_from_splat.empty()) {

@@ -47,7 +47,8 @@ Sim3d ToSimilarity(const py::object& given) {
 SessionOptions MakeOptions(const std::string& backend, int holdout, size_t cache_mb,
                            const std::array<float, 3>& background, const py::object& images,
                            const std::string& model, int views, const py::object& world_from_splat,
-                           const py::object& view_folder, const std::string& render_model) {
+                           const py::object& view_folder, const std::string& render_model,
+                           const std::string& space, const py::object& ocio) {
   SessionOptions options;
   options.pixels = Pixels::kPinhole;  // arrays are the views', whose cameras Python sees
   options.backend = backend;
@@ -63,6 +64,7 @@ SessionOptions MakeOptions(const std::string& backend, int holdout, size_t cache
     options.render_model = ChosenRenderModel(render_model);
     CheckOption(options.render_model.has_value(), "render_model is '', 'default' or 'mip'");
   }
+  options.space = {ToPath(ocio).string(), space};
   options.Check();
   return options;
 }
@@ -72,9 +74,11 @@ std::unique_ptr<PySession> Open(const py::object& workspace, const py::object& s
                                 const std::array<float, 3>& background, const py::object& images,
                                 const std::string& model, int views,
                                 const py::object& world_from_splat, const py::object& view_folder,
-                                const std::string& render_model, py::object progress) {
-  const SessionOptions options = MakeOptions(backend, holdout, cache_mb, background, images, model,
-                                             views, world_from_splat, view_folder, render_model);
+                                const std::string& render_model, const std::string& space,
+                                const py::object& ocio, py::object progress) {
+  const SessionOptions options =
+      MakeOptions(backend, holdout, cache_mb, background, images, model, views, world_from_splat,
+                  view_folder, render_model, space, ocio);
   const bool read_workspace = !py::isinstance<PyWorkspace>(workspace);
   const bool read_splat = !py::isinstance<PySplat>(splat);
   CheckOption(read_workspace || (options.image_folder.empty() && model.empty()),
@@ -502,29 +506,34 @@ void BindSession(py::module_& module) {
       "Every long call accepts `progress`, a callable of the stage's name and a fraction in "
       "[0, 1]. If it raises an exception, or you press Ctrl-C, the work stops and the "
       "session stays unchanged.");
-  type.def(py::init(&Open), py::arg("workspace"), py::arg("splat") = py::none(), py::kw_only(),
-           py::arg("backend") = "auto", py::arg("holdout") = 0, py::arg("cache_mb") = 640,
-           py::arg("background") = std::array<float, 3>{0, 0, 0}, py::arg("images") = py::none(),
-           py::arg("model") = "", py::arg("views") = 40, py::arg("world_from_splat") = py::none(),
-           py::arg("view_folder") = py::none(), py::arg("render_model") = "",
-           py::arg("progress") = py::none(),
-           "Opens a scene. InputError if a file is missing, damaged or does not fit the others.\n"
-           "\n"
-           "- `workspace`: a folder or a Workspace; None for a splat without one\n"
-           "- `splat`: a file or a Splat; None for the one that Retint finds in the workspace\n"
-           "- `backend`: 'auto', 'cpu' or 'cuda'\n"
-           "- `holdout`: keeps every n-th view by name out of the fit; 0 keeps none out\n"
-           "- `cache_mb`: memory for the geometry of views, MiB\n"
-           "- `background`: RGB in [0, 1]\n"
-           "- `images`: the folder of the photos\n"
-           "- `model`: the sparse model's folder inside the workspace\n"
-           "- `views`: how many views Retint places around a splat without a workspace\n"
-           "- `world_from_splat`: the splat's place in the workspace's world, a JSON file or a "
-           "matrix [4, 4] that rotates, scales and moves\n"
-           "- `view_folder`: for a splat without a workspace, the COLMAP model with its views, as "
-           "`retint cameras` writes it\n"
-           "- `render_model`: 'mip' for a splat that was trained with an antialiasing filter, "
-           "'default' for one without; '' for the one that its files say")
+  type.def(
+          py::init(&Open), py::arg("workspace"), py::arg("splat") = py::none(), py::kw_only(),
+          py::arg("backend") = "auto", py::arg("holdout") = 0, py::arg("cache_mb") = 640,
+          py::arg("background") = std::array<float, 3>{0, 0, 0}, py::arg("images") = py::none(),
+          py::arg("model") = "", py::arg("views") = 40, py::arg("world_from_splat") = py::none(),
+          py::arg("view_folder") = py::none(), py::arg("render_model") = "", py::arg("space") = "",
+          py::arg("ocio") = py::none(), py::arg("progress") = py::none(),
+          "Opens a scene. InputError if a file is missing, damaged or does not fit the others.\n"
+          "\n"
+          "- `workspace`: a folder or a Workspace; None for a splat without one\n"
+          "- `splat`: a file or a Splat; None for the one that Retint finds in the workspace\n"
+          "- `backend`: 'auto', 'cpu' or 'cuda'\n"
+          "- `holdout`: keeps every n-th view by name out of the fit; 0 keeps none out\n"
+          "- `cache_mb`: memory for the geometry of views, MiB\n"
+          "- `background`: RGB in [0, 1]\n"
+          "- `images`: the folder of the photos\n"
+          "- `model`: the sparse model's folder inside the workspace\n"
+          "- `views`: how many views Retint places around a splat without a workspace\n"
+          "- `world_from_splat`: the splat's place in the workspace's world, a JSON file or a "
+          "matrix [4, 4] that rotates, scales and moves\n"
+          "- `view_folder`: for a splat without a workspace, the COLMAP model with its views, as "
+          "`retint cameras` writes it\n"
+          "- `render_model`: 'mip' for a splat that was trained with an antialiasing filter, "
+          "'default' for one without; '' for the one that its files say\n"
+          "- `space`: the color space of the splat's colors, by its name in an OpenColorIO config; "
+          "'' for the one that its file says\n"
+          "- `ocio`: that config, a file or a built-in one such as 'ocio://default'; None for "
+          "that of the environment variable OCIO")
       .def_static("load", &Load, py::arg("folder"), py::kw_only(), py::arg("backend") = "auto",
                   py::arg("cache_mb") = 640, py::arg("progress") = py::none(),
                   "Opens a session that save() or the editor wrote. InputError if it is missing or "

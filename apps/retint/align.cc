@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // retint align: how a splat lies in a workspace's world.
 #include "opening/align.h"
+#include "opening/ocio_space.h"
 #include "opening/render_model.h"
 
 #include <cmath>
@@ -44,6 +45,7 @@ void AlignSplat(const Arguments& arguments, Run& run) {
   for (const std::string& warning : workspace.warnings) run.Warn(warning);
   GaussianModel model = ReadSplat(scene.splat, run.monitor());
   ChooseRenderModel(ChosenRenderModel(scene.render_model), scene.splat, scene.workspace, model);
+  ChooseSpace(scene.space, model);
   const AlignResult result =
       Align(CreateBackend(run.globals().backend), workspace, model,
             FindTransformFiles(scene.workspace, scene.splat), arguments.options, run.monitor());

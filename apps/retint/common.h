@@ -115,6 +115,7 @@ struct SceneArguments {
   std::filesystem::path workspace, splat, images;  // found; no workspace: a splat alone
   std::filesystem::path view_folder;               // of a session: views that were placed
   std::string model, world_from_splat, pixels = "photo", render_model;
+  OcioSpace space;
   Sim3d place;  // of a session: where its splat lies in the workspace's world
   int views = SessionOptions().views;
   const CLI::Option* views_flag = nullptr;  // --views, of verbs that have it

@@ -107,7 +107,9 @@ void PrintTraits(const SplatTraits& traits, Run& run) {
   const std::string& reason = traits.render_model_reason;
   run.Print(fmt::format("render model {} ({})", NameOf(traits.render_model),
                         reason.empty() ? "its files do not say" : reason));
-  run.Print(fmt::format("color space  {}", NameOf(traits.color_space)));
+  run.Print(fmt::format("color space  {}", traits.chosen_space
+                                               ? traits.chosen_space->name + " (chosen)"
+                                               : std::string(NameOf(traits.color_space))));
 }
 
 // A scene, compared with its photos.

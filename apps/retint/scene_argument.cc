@@ -50,6 +50,7 @@ void FindInSession(const fs::path& folder, SceneArguments* scene) {
   if (scene->render_model.empty() && info.render_model) {
     scene->render_model = NameOf(*info.render_model);
   }
+  if (scene->space == OcioSpace()) scene->space = info.space;
 }
 
 void FindInWorkspace(const fs::path& folder, SceneArguments* scene) {
@@ -85,6 +86,7 @@ void TakeScene(const EditRecipe& recipe, SceneArguments& scene) {
   if (scene.render_model.empty() && recipe.render_model) {
     scene.render_model = NameOf(*recipe.render_model);
   }
+  if (scene.space == OcioSpace()) scene.space = recipe.space;
   if (recipe.views > 0 && !PlacesViews(scene)) scene.views = recipe.views;
 }
 
@@ -149,6 +151,16 @@ void AddScene(CLI::App* verb, Globals& globals, SceneArguments& scene, bool need
       ->type_name("FILE|NUMBERS")
       ->group(kSceneGroup);
   AddRenderModel(verb, scene.render_model)->group(kSceneGroup);
+  verb->add_option("--space", scene.space.name,
+                   "Color space of the splat's colors, by its name in an OpenColorIO config, such "
+                   "as ACEScct. Edits work on sRGB, the splat stays in its space")
+      ->type_name("NAME")
+      ->group(kSceneGroup);
+  verb->add_option("--ocio", scene.space.config,
+                   "OpenColorIO config of --space: a file, or a built-in one such as "
+                   "ocio://default. Else that of $OCIO")
+      ->type_name("CONFIG")
+      ->group(kSceneGroup);
   scene.views_flag = verb->add_option("--views", scene.views, "Views to place around a splat alone")
                          ->check(CLI::Range(2, 400))
                          ->group(kSceneGroup);
@@ -173,6 +185,7 @@ SessionOptions OptionsOf(const SceneArguments& scene, int holdout, const Run& ru
     options.world_from_splat = WorldFromSplatOf(scene.world_from_splat);
   }
   if (!scene.render_model.empty()) options.render_model = ChosenRenderModel(scene.render_model);
+  options.space = scene.space;
   options.pixels = scene.pixels == "pinhole" ? Pixels::kPinhole : Pixels::kPhoto;
   options.holdout = holdout;
   return options;

@@ -56,6 +56,9 @@ void Describe(QCommandLineParser& parser) {
        "Where the splat lies in the workspace's world: a JSON file or 12 or 16 numbers.", "T.json"},
       {"render-model", "How the splat was trained, default or mip; left out: as its files say.",
        "NAME"},
+      {"space", "Color space of the splat's colors in an OpenColorIO config, such as ACEScct.",
+       "NAME"},
+      {"ocio", "That config; left out: that of $OCIO.", "CONFIG"},
       {"views", "Without a workspace: how many views are placed.", "N", "40"},
       {"session", "Saved session to go on with.", "S.retint"},
       {"backend", "auto, cpu or cuda.", "NAME", "auto"},
@@ -114,7 +117,7 @@ QString Fault(const QCommandLineParser& parser) {
   }
   const bool session = parser.isSet(kSession) || !SortPaths(paths).session.isEmpty();
   for (const char* option : {"workspace", "splat", "images", "holdout", "model", "world-from-splat",
-                             "render-model", "views"}) {
+                             "render-model", "space", "ocio", "views"}) {
     if (session && parser.isSet(option)) {
       return QString("a session has its own --%1").arg(option);
     }
@@ -132,6 +135,8 @@ StartOptions Resolve(const QCommandLineParser& parser) {
   start.scene.options.model = parser.value("model").toStdString();
   start.scene.options.views = parser.value("views").toInt();
   start.scene.options.render_model = ChosenRenderModel(parser.value("render-model").toStdString());
+  start.scene.options.space = {parser.value("ocio").toStdString(),
+                               parser.value("space").toStdString()};
   if (parser.isSet("world-from-splat")) {
     start.scene.options.world_from_splat =
         WorldFromSplatOf(parser.value("world-from-splat").toStdString());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The operations of color_ops.h on one pixel or on several side by side: as color_spaces-inl.h,
-// which comes first, and with GradientAt() and TableColor().
+// which comes first, and with GradientAt(), TableColor(), CurveColor() and InverseCurveColor().
 
 // 0 at `low` and below, 1 at `high` and above; a step where both are the same.
 RETINT_HD Real SmoothStep(float low, float high, Real x) {
@@ -192,6 +192,14 @@ RETINT_HD void SoftClipColor(float knee, Real* color) {
   }
 }
 
+// matrix: [3, 3] row-major
+RETINT_HD void MultiplyColor(const float* matrix, Real* color) {
+  const Real r = color[0], g = color[1], b = color[2];
+  for (int c = 0; c < 3; ++c) {
+    color[c] = matrix[3 * c] * r + matrix[3 * c + 1] * g + matrix[3 * c + 2] * b;
+  }
+}
+
 RETINT_HD void ApplyColorOp(const ColorOp& op, const float* tables, Real* color) {
   const Real in[3] = {color[0], color[1], color[2]};
   const float* v = op.values;
@@ -201,13 +209,11 @@ RETINT_HD void ApplyColorOp(const ColorOp& op, const float* tables, Real* color)
         color[c] = v[4 * c] * in[0] + v[4 * c + 1] * in[1] + v[4 * c + 2] * in[2] + v[4 * c + 3];
       }
       break;
-    case ColorOpCode::kLinearMatrix: {
-      const Real r = LinearFromSrgb(in[0]), g = LinearFromSrgb(in[1]), b = LinearFromSrgb(in[2]);
-      for (int c = 0; c < 3; ++c) {
-        color[c] = SrgbFromLinear(v[3 * c] * r + v[3 * c + 1] * g + v[3 * c + 2] * b);
-      }
+    case ColorOpCode::kLinearMatrix:
+      for (int c = 0; c < 3; ++c) color[c] = LinearFromSrgb(in[c]);
+      MultiplyColor(v, color);
+      for (int c = 0; c < 3; ++c) color[c] = SrgbFromLinear(color[c]);
       break;
-    }
     case ColorOpCode::kPower:
       for (int c = 0; c < 3; ++c) color[c] = copysignf(powf(fabsf(in[c]), v[0]), in[c]);
       break;
@@ -230,10 +236,14 @@ RETINT_HD void ApplyColorOp(const ColorOp& op, const float* tables, Real* color)
       MovePalette(tables + op.table, op.size, v[0], color);
       break;
     case ColorOpCode::kEncode:
-      for (int c = 0; c < 3; ++c) color[c] = SrgbFromLinear(in[c]);
+      if (op.size > 0) CurveColor(tables + op.table, op.size, color);
+      MultiplyColor(v, color);
+      for (int c = 0; c < 3; ++c) color[c] = SrgbFromLinear(color[c]);
       break;
     case ColorOpCode::kDecode:
       for (int c = 0; c < 3; ++c) color[c] = LinearFromSrgb(in[c]);
+      MultiplyColor(v, color);
+      if (op.size > 0) InverseCurveColor(tables + op.table, op.size, color);
       break;
   }
   if (op.strength == 1) return;
@@ -252,15 +262,15 @@ RETINT_HD void RunColorProgram(const ColorProgram& program, Real* color) {
 // color.
 RETINT_HD void ApplyColorMap(const ColorMap& map, Real share, const Real* color, Real* edited) {
   const Real r = color[0], g = color[1], b = color[2];
-  if (map.program && map.program->linear) {
-    Real full[3];
-    for (int c = 0; c < 3; ++c) full[c] = SrgbFromLinear(color[c]);
-    const Real encoded[3] = {full[0], full[1], full[2]};
-    if (Any(share > 0)) RunColorProgram(*map.program, full);
-    for (int c = 0; c < 3; ++c) {
-      const Real mixed = encoded[c] + share * (full[c] - encoded[c]);
-      edited[c] = Select(share > 0, LinearFromSrgb(mixed), color[c]);
-    }
+  if (map.program && map.program->encodes) {
+    const ColorProgram& program = *map.program;
+    Real full[3] = {r, g, b};
+    ApplyColorOp(program.encode, program.tables, full);
+    Real mixed[3] = {full[0], full[1], full[2]};
+    if (Any(share > 0)) RunColorProgram(program, full);
+    for (int c = 0; c < 3; ++c) mixed[c] += share * (full[c] - mixed[c]);
+    ApplyColorOp(program.decode, program.tables, mixed);
+    for (int c = 0; c < 3; ++c) edited[c] = Select(share > 0, mixed[c], color[c]);
     return;
   }
   if (map.program) {

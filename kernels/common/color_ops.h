@@ -25,8 +25,9 @@ enum class ColorOpCode : int32_t {
   kTable,         // table of size^3 colors, red fastest, over [0, 1]^3
   kSoftClip,      // knee: see SoftClipColor
   kPalette,       // weight of lightness; table of `size` rows: see MovePalette
-  kEncode,        // sRGB from linear light
-  kDecode,        // linear light from sRGB
+  kEncode,        // sRGB from a splat's colors: table of `size` values, a curve of each channel
+                  // (none: the identity), then [3, 3] row-major, which gives linear light
+  kDecode,        // back: [3, 3] of linear light, then the same curve the other way
 };
 
 inline constexpr int kPaletteRow = 7;  // floats
@@ -45,7 +46,9 @@ struct ColorProgram {
   float strength;  // of the whole: color + strength (list(color) - color)
   ColorOp ops[kMaxColorOps];
   const float* tables;  // in the memory of whoever runs the program
-  bool linear = false;  // the colors are light: operations and masks work on their sRGB encodings
+  // The colors are not sRGB: operations and masks work on what `encode` makes of them.
+  bool encodes = false;
+  ColorOp encode = {}, decode = {};
 };
 
 // An affine map of each color, or a program, blended in by a soft mask: y + mask / 255 * (delta y +
@@ -94,6 +97,31 @@ RETINT_HD void TableColor(const float* table, int size, float* color) {
   for (int c = 0; c < 3; ++c) {
     color[c] = (1 - f[first]) * p0[c] + (f[first] - f[middle]) * p1[c] +
                (f[middle] - f[last]) * p2[c] + f[last] * p3[c];
+  }
+}
+
+// A curve has `size` values that never fall, evenly over [0, kCurveEnd]. It goes on straight above.
+inline constexpr float kCurveEnd = 2;
+
+RETINT_HD void CurveColor(const float* curve, int size, float* color) {
+  for (int c = 0; c < 3; ++c) {
+    const float at = (color[c] > 0 ? color[c] : 0) * (float(size - 1) / kCurveEnd);
+    const int low = at < float(size - 2) ? int(at) : size - 2;
+    color[c] = curve[low] + (at - float(low)) * (curve[low + 1] - curve[low]);
+  }
+}
+
+// The least values that the curve takes to `color`; 0 for those below it.
+RETINT_HD void InverseCurveColor(const float* curve, int size, float* color) {
+  for (int c = 0; c < 3; ++c) {
+    int low = 0, high = size - 1;
+    while (high - low > 1) {
+      const int middle = (low + high) / 2;
+      (curve[middle] < color[c] ? low : high) = middle;
+    }
+    const float rise = curve[low + 1] - curve[low];
+    const float t = rise > 0 ? (color[c] - curve[low]) / rise : 0;
+    color[c] = (float(low) + (t > 0 ? t : 0)) * (kCurveEnd / float(size - 1));
   }
 }
 

@@ -143,6 +143,12 @@ HWY_INLINE void GradientAt(const float* table, int size, Real lightness, Real* c
 HWY_INLINE void TableColor(const float* table, int size, Real* color) {
   OneByOne(color, [&](float* one) { retint::TableColor(table, size, one); });
 }
+HWY_INLINE void CurveColor(const float* curve, int size, Real* color) {
+  OneByOne(color, [&](float* one) { retint::CurveColor(curve, size, one); });
+}
+HWY_INLINE void InverseCurveColor(const float* curve, int size, Real* color) {
+  OneByOne(color, [&](float* one) { retint::InverseCurveColor(curve, size, one); });
+}
 
 #include "kernels/common/color_spaces-inl.h"
 

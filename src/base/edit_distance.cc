@@ -2,9 +2,8 @@
 #include "base/edit_distance.h"
 
 #include <algorithm>
-#include <cstddef>
 #include <numeric>
-#include <vector>
+#include <utility>
 
 namespace retint {
 
@@ -21,6 +20,18 @@ int EditDistance(std::string_view a, std::string_view b) {
     }
   }
   return row.back();
+}
+
+std::vector<std::string> NearestNames(std::string_view name, const std::vector<std::string>& names,
+                                      size_t count) {
+  std::vector<std::pair<int, std::string>> ranked;
+  for (const std::string& one : names) ranked.emplace_back(EditDistance(name, one), one);
+  std::sort(ranked.begin(), ranked.end());
+  std::vector<std::string> nearest;
+  for (size_t i = 0; i < std::min(count, ranked.size()); ++i) {
+    nearest.push_back(std::move(ranked[i].second));
+  }
+  return nearest;
 }
 
 }  // namespace retint

@@ -4,6 +4,7 @@
 #include "base/printable.h"
 
 #include <algorithm>
+#include <cctype>
 
 namespace retint {
 namespace {
@@ -95,6 +96,17 @@ std::string UnescapeBytes(std::string_view text) {
     i += 2;
   }
   return bytes;
+}
+
+std::string OneLine(std::string_view text) {
+  std::string line;
+  for (const char c : text) {
+    const bool space = std::isspace(static_cast<unsigned char>(c)) != 0;
+    if (!space) line += c;
+    if (space && !line.empty() && line.back() != ' ') line += ' ';
+  }
+  while (!line.empty() && line.back() == ' ') line.pop_back();
+  return line;
 }
 
 }  // namespace retint

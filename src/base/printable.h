@@ -11,4 +11,7 @@ namespace retint {
 // 127, become <U+001B>, and bytes that are no UTF-8 become <0xFF>.
 std::string Printable(std::string_view text);
 
+// Without line breaks, doubled blanks and those at the ends.
+std::string OneLine(std::string_view text);
+
 }  // namespace retint

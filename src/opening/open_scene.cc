@@ -11,6 +11,7 @@
 #include "base/files.h"
 #include "base/option_name.h"
 #include "base/ranks.h"
+#include "opening/ocio_space.h"
 #include "opening/render_model.h"
 #include "opening/virtual_views.h"
 #include "scene/sh_band4.h"
@@ -77,6 +78,7 @@ std::unique_ptr<OpenScene> OpenScene::Open(const fs::path& workspace, const fs::
     if (!workspace.empty()) opened = OpenWorkspace(workspace, options);
     GaussianModel model = ReadSplat(splat, monitor);
     ChooseRenderModel(options.render_model, splat, workspace, model);
+    ChooseSpace(options.space, model);
     monitor.ThrowIfCancelled();
     if (workspace.empty()) opened = PlacedViews(model, options, monitor);
     scene = std::make_unique<OpenScene>(std::move(opened), std::move(model), options);
@@ -109,6 +111,7 @@ OpenScene::OpenScene(std::shared_ptr<const Workspace> workspace, GaussianModel m
   options_.Check();
   ChooseRenderModel(options_.render_model, part_ ? part_->file->path() : fs::path(),
                     workspace_->root, model_);
+  if (!model_.traits.chosen_space) ChooseSpace(options_.space, model_);
   cache_ = std::make_shared<GeometryCache>(options_.cache_bytes);
   renderer_ = std::make_unique<Renderer>(backend_, model_, RenderOptions(), cache_);
   SplitViews();

@@ -44,6 +44,7 @@ struct SessionOptions {
   // the splat's frame, so that the splat itself keeps every bit.
   Sim3d world_from_splat;
   std::optional<RenderModel> render_model;  // kDefault or kMip, whatever the files say
+  OcioSpace space;                          // of the splat's colors; no name: as the files say
   // Of a splat without a workspace: how many views are placed around it, or the COLMAP model that
   // has them already.
   int views = 40;

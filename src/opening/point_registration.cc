@@ -14,7 +14,7 @@
 
 #include "base/median.h"
 #include "base/parallel.h"
-#include "kernels/common/sh.h"
+#include "render/color_encoding.h"
 #include "scene/transform.h"
 
 namespace retint {
@@ -215,15 +215,13 @@ ColoredCloud CloudOf(const Reconstruction& model) {
 
 ColoredCloud CloudOf(const GaussianModel& model) {
   ColoredCloud cloud;
-  const size_t block = static_cast<size_t>(model.NumShCoeffs()) * 3;
+  const BaseColors colors(model);
   for (size_t i = 0; i < model.NumGaussians(); ++i) {
     constexpr float kLeast = -0.85F;  // opacity 0.3
     if (model.opacity_logits[i] < kLeast) continue;
     cloud.points.push_back(
         Eigen::Map<const Eigen::Vector3f>(model.means.data() + 3 * i).cast<double>());
-    const Vector3d base =
-        Eigen::Map<const Eigen::Vector3f>(model.sh.data() + block * i).cast<double>();
-    cloud.colors.push_back((base * double(kShC0)).array().max(-0.5).min(0.5) + 0.5);
+    cloud.colors.push_back(colors.Of(i).cast<double>());
   }
   return cloud;
 }

@@ -16,8 +16,8 @@
 #include "base/option_name.h"
 #include "base/stage_cache.h"
 #include "colmap_io/sparse.h"
-#include "kernels/common/sh.h"
 #include "opening/scene_shape.h"
+#include "render/color_encoding.h"
 #include "render/renderer.h"
 #include "scene/look_along.h"
 
@@ -321,6 +321,7 @@ void AddPoints(const std::vector<const Candidate*>& chosen, const GaussianModel&
     if (gaussians.opacity_logits[i] > 0 && largest < 0.15 * shape.inner_radius) fit.push_back(i);
   }
   const size_t step = std::max<size_t>(1, fit.size() / kMostPoints);
+  const BaseColors colors(gaussians);
   for (size_t f = 0; f < fit.size(); f += step) {
     const size_t i = fit[f];
     SparsePoint point;
@@ -346,11 +347,7 @@ void AddPoints(const std::vector<const Candidate*>& chosen, const GaussianModel&
       point.track[t].observation_idx = static_cast<uint32_t>(of_view.size());
       of_view.push_back(observations[t]);
     }
-    const float* sh = gaussians.sh.data() + i * static_cast<size_t>(gaussians.NumShCoeffs()) * 3;
-    for (int c = 0; c < 3; ++c) {
-      const double value = std::clamp(0.5 + double(kShC0) * double(sh[c]), 0.0, 1.0);
-      point.color[c] = static_cast<uint8_t>(std::lround(255 * value));
-    }
+    point.color = (255 * colors.Of(i)).array().round().cast<uint8_t>();
     model.points.emplace(point.id, std::move(point));
   }
 }
@@ -361,7 +358,8 @@ std::string KeyOf(const GaussianModel& model, const VirtualViewOptions& options)
   constexpr int kVersion = 1;
   StageKey key("views");
   key.AddValue(kVersion).AddValue(options.views).AddValue(options.width).AddValue(options.height);
-  key.AddValue(model.sh_degree).AddValue(model.traits.render_model);
+  key.AddValue(model.sh_degree);
+  AddTraits(key, model.traits);
   for (const auto* values :
        {&model.means, &model.quats_wxyz, &model.log_scales, &model.opacity_logits, &model.sh}) {
     key.Add({reinterpret_cast<const char*>(values->data()), values->size() * sizeof(float)});

@@ -63,6 +63,7 @@ struct EditRecipe {
   std::string model;                               // of the workspace; empty: the largest
   std::string world_from_splat;             // as WorldFromSplatOf() reads it; empty: the same frame
   std::optional<RenderModel> render_model;  // instead of the splat's
+  OcioSpace space;                          // of the splat's colors; no name: as the splat says
   int views = 0;                            // that are placed; 0: as many as without a recipe
   int holdout = 0;
   uint64_t seed = 0;

@@ -92,7 +92,7 @@ RefineOptions JobReader::Refine(const Node& node) const {
 
 void JobReader::Scene(const Node& node, EditRecipe* job) const {
   node.AllowOnly({"workspace", "splat", "images", "model", "world_from_splat", "render_model",
-                  "views", "holdout"});
+                  "space", "ocio", "views", "holdout"});
   job->workspace = OptionalPath(node, "workspace");
   job->splat = Path(node.At("splat"));
   job->images = OptionalPath(node, "images");
@@ -113,6 +113,13 @@ void JobReader::Scene(const Node& node, EditRecipe* job) const {
   if (node.Has("render_model")) {
     job->render_model = ChosenRenderModel(node.At("render_model").Text());
     if (!job->render_model) node.At("render_model").Fail("is not default or mip");
+  }
+  if (node.Has("space")) job->space.name = node.At("space").Text();
+  if (node.Has("ocio")) {
+    if (job->space.name.empty()) node.At("ocio").Fail("needs \"space\"");
+    job->space.config = node.At("ocio").Text();
+    if (!job->space.config.starts_with("ocio://"))
+      job->space.config = Path(node.At("ocio")).string();
   }
   if (node.Has("holdout")) {
     job->holdout = node.At("holdout").Int(0, 1000000);

@@ -135,6 +135,9 @@ std::string JobSchema() {
        {"render_model",
         {{"enum", {"default", "mip"}},
          {"description", "how the splat was trained; else the files say it"}}},
+       {"space", Text("color space of the splat's colors, by its name in an OpenColorIO config")},
+       {"ocio", Text("that config: a file, or a built-in one such as ocio://default; else that of "
+                     "the environment variable OCIO")},
        {"views", {{"type", "integer"}, {"minimum", 2}, {"maximum", 400}, {"default", 40}}},
        {"holdout", {{"type", "integer"}, {"minimum", 0}, {"maximum", 1000000}, {"default", 0}}}},
       {"splat"});

@@ -22,7 +22,7 @@ std::string SceneKey(const OpenScene& scene) {
   key.Add(Version());
   key.Add(scene.backend().Name());
   AddSum(key, scene.splat_checksum().get());
-  key.Add(NameOf(scene.original().traits.render_model));
+  AddTraits(key, scene.original().traits);
   const Reconstruction& model = scene.reconstruction();
   for (const View* view : model.ViewsByName()) {
     const Camera& camera = model.cameras.at(view->camera_id);

@@ -9,6 +9,7 @@
 #include "kernels/edit_colors.h"
 #include "recolor/edit_text.h"
 #include "recolor/operation_table.h"
+#include "render/color_encoding.h"
 
 namespace retint {
 namespace {
@@ -57,12 +58,12 @@ bool ColorEdit::BringsIntoRange() const {
 
 ColorEdit ColorEdit::OnColorsOf(const GaussianModel& model) const {
   ColorEdit edit = *this;
-  edit.linear = IsLinear(model.traits.color_space);
+  edit.light_map = LightMapOf(model.traits);
   return edit;
 }
 
 bool ColorEdit::IsAffine() const {
-  const bool maps_encodings = linear && !operations.empty();
+  const bool maps_encodings = light_map && !operations.empty();
   return !maps_encodings && std::all_of(operations.begin(), operations.end(),
                                         [](const auto& op) { return FullAffine(op).has_value(); });
 }
@@ -113,8 +114,13 @@ CompiledEdit::CompiledEdit(const ColorEdit& edit, OutOfRange out_of_range)
     program_.ops[program_.count++] = Compile(op, tables_);
   }
   program_.strength = edit.strength;
+  if (edit.light_map) {
+    const ColorEncoding encoding(*edit.light_map, tables_);
+    program_.encodes = true;
+    program_.encode = encoding.encode;
+    program_.decode = encoding.decode;
+  }
   program_.tables = tables_.data();
-  program_.linear = edit.linear;
 }
 
 Eigen::Vector3f CompiledEdit::Apply(const Eigen::Vector3f& color) const {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <memory>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -27,9 +28,9 @@ struct AffineColor {
 struct ColorEdit {
   std::vector<ColorOperation> operations;  // at most kMaxColorOps
   float strength = 1;                      // of the whole list: f is c + strength (list(c) - c)
-  // The colors that it meets are light: it applies to their sRGB encodings. Whoever applies an edit
-  // to the colors of a splat sets it (OnColorsOf()); files do not hold it.
-  bool linear = false;
+  // Of the colors that it meets; not null: it applies to their sRGB encodings. Whoever applies an
+  // edit to the colors of a splat sets it (OnColorsOf()); files do not hold it.
+  std::shared_ptr<const LightMap> light_map;
 
   // Color filtering (ReCoGS): each channel times its factor.
   static ColorEdit Tint(const Eigen::Vector3f& tint);

@@ -12,6 +12,7 @@
 #include "kernels/common/color_spaces.h"
 #include "kernels/common/projection.h"
 #include "recolor/direction_fit.h"
+#include "render/color_encoding.h"
 
 namespace retint {
 namespace {
@@ -140,7 +141,7 @@ class OneChange {
  public:
   OneChange(const ColorEdit& edit, int num_coeffs)
       : edit_(edit),
-        linear_(edit.linear),
+        colors_(edit.light_map),
         fit_(num_coeffs),
         num_coeffs_(num_coeffs),
         degree_(int(std::lround(std::sqrt(double(num_coeffs)))) - 1) {}
@@ -160,10 +161,10 @@ class OneChange {
       const float whole = share * edit_.strength();
       const auto change = [&](float alpha) {
         const Eigen::Vector3f wanted = whole * (edit_.Apply(shown, lit, alpha) - shown);
-        if (!linear_) return wanted;
-        const Eigen::Vector3f goal = shown + wanted;
-        return Eigen::Vector3f(goal.unaryExpr([](float v) { return LinearFromSrgb(v); }) -
-                               of_model);
+        if (!colors_.maps()) return wanted;
+        Eigen::Vector3f goal = shown + wanted;
+        colors_.FromSrgb(goal.data());
+        return Eigen::Vector3f(goal - of_model);
       };
       const Eigen::Vector3f with = change(painted.alpha), without = change(0);
       return Eigen::Vector3f(DirectionFit::Rise(with, whole, color) -
@@ -173,9 +174,9 @@ class OneChange {
 
  private:
   // A color of the model, as sRGB.
-  Eigen::Vector3f Encoded(const Eigen::Vector3f& color) const {
-    if (!linear_) return color;
-    return color.unaryExpr([](float v) { return SrgbFromLinear(v); });
+  Eigen::Vector3f Encoded(Eigen::Vector3f color) const {
+    colors_.ToSrgb(color.data());
+    return color;
   }
 
   // The luminance of coefficients [K, 3] in a direction.
@@ -189,7 +190,7 @@ class OneChange {
   }
 
   PaintedEdit edit_;
-  bool linear_;  // the colors of the model
+  SingleColors colors_;  // of the model
   DirectionFit fit_;
   int num_coeffs_, degree_;
 };

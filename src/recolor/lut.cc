@@ -15,6 +15,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/printable.h"
 #include "base/temporary_folder.h"
 
 namespace retint {
@@ -68,17 +69,6 @@ void CheckCubeSizes(const std::filesystem::path& path, const std::string& text) 
       throw InputError(path, "has a DOMAIN_MIN that is not below its DOMAIN_MAX");
     }
   }
-}
-
-std::string OneLine(std::string_view text) {
-  std::string line;
-  for (const char c : text) {
-    const bool space = std::isspace(static_cast<unsigned char>(c)) != 0;
-    if (!space) line += c;
-    if (space && !line.empty() && line.back() != ' ') line += ' ';
-  }
-  while (!line.empty() && line.back() == ' ') line.pop_back();
-  return line;
 }
 
 // OpenColorIO's reason for rejecting the file `name`. Several formats share an extension; this is

@@ -2,12 +2,13 @@
 #include "recolor/refit_target.h"
 
 #include <algorithm>
+#include <array>
 #include <string>
 #include <utility>
 
 #include "base/error.h"
 #include "base/parallel.h"
-#include "kernels/common/color_spaces.h"
+#include "render/color_encoding.h"
 #include "scene/image_checks.h"
 
 namespace retint {
@@ -44,18 +45,16 @@ Image WithoutBackground(Image image, const PosedCamera& camera, Renderer& render
   request.rgb = false;
   request.alpha = true;
   const ScalarImage alpha = renderer.Render(camera, request).alpha;
+  const SingleColors colors(renderer.light_map());
+  std::array<float, 3> background = renderer.background();
+  colors.FromSrgb(background.data());
   ParallelRanges(int64_t(alpha.data.size()), kPixels, [&](int64_t begin, int64_t end) {
     for (size_t p = size_t(begin); p < size_t(end); ++p) {
       const float through = 1 - alpha.data[p];
-      for (size_t c = 0; c < 3; ++c) {
-        float& value = image.data[3 * p + c];
-        if (renderer.is_linear()) {
-          value = SrgbFromLinear(LinearFromSrgb(value) -
-                                 through * LinearFromSrgb(renderer.background()[c]));
-        } else {
-          value -= through * renderer.background()[c];
-        }
-      }
+      float* const color = &image.data[3 * p];
+      colors.FromSrgb(color);
+      for (size_t c = 0; c < 3; ++c) color[c] -= through * background[c];
+      colors.ToSrgb(color);
     }
   });
   return image;

@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "kernels/common/color_ops.h"
+#include "render/color_encoding.h"
 
 namespace retint {
 namespace {
@@ -31,11 +32,12 @@ void CheckPinhole(const Camera& camera) {
                    "image_undistorter --image_path IMAGES --input_path SPARSE --output_path DENSE");
 }
 
-Buffer<ColorProgram> UploadOperation(Backend& backend, ColorOpCode code) {
+Buffer<ColorProgram> UploadOperation(Backend& backend, const ColorOp& op, const float* tables) {
   ColorProgram program{};
   program.count = 1;
-  program.strength = program.ops[0].strength = 1;
-  program.ops[0].code = code;
+  program.strength = 1;
+  program.ops[0] = op;
+  program.tables = tables;
   return backend.Upload(std::span<const ColorProgram>(&program, 1));
 }
 
@@ -86,6 +88,7 @@ Renderer::Renderer(std::shared_ptr<Backend> backend, const GaussianModel& model,
                    RendererOptions options, std::shared_ptr<GeometryCache> cache)
     : backend_(std::move(backend)),
       background_(options.background),
+      light_map_(LightMapOf(model.traits)),
       makes_room_(options.makes_room),
       cache_(cache ? std::move(cache) : std::make_shared<GeometryCache>(options.cache_bytes)),
       scratch_(std::make_unique<Scratch>()) {
@@ -101,10 +104,16 @@ Renderer::Renderer(std::shared_ptr<Backend> backend, const GaussianModel& model,
                                      .sh_degree = model.sh_degree,
                                      .compensate = model.traits.render_model == RenderModel::kMip});
   std::array<float, 3> background = options.background;
-  if (IsLinear(model.traits.color_space)) {
-    encode_ = UploadOperation(*backend_, ColorOpCode::kEncode);
-    decode_ = UploadOperation(*backend_, ColorOpCode::kDecode);
-    for (float& channel : background) channel = LinearFromSrgb(channel);
+  if (light_map_) {
+    std::vector<float> curve;
+    const ColorEncoding encoding(*light_map_, curve);
+    if (!curve.empty()) curve_ = backend_->Upload(std::span<const float>(curve));
+    encode_ = UploadOperation(*backend_, encoding.encode, curve_.data());
+    decode_ = UploadOperation(*backend_, encoding.decode, curve_.data());
+    // Black is nothing behind the Gaussians, also where a space has another number for it.
+    if (background != std::array<float, 3>{}) {
+      ApplyColorOp(encoding.decode, curve.data(), background.data());
+    }
   }
   scratch_->background = backend_->Upload(std::span<const float>(background));
 }
@@ -153,7 +162,7 @@ void Renderer::BlendRgb(const ViewGeometry& geometry, float* rgb, float* alpha) 
 }
 
 void Renderer::Map(const ColorProgram* program, int width, int height, float* rgb) {
-  if (!is_linear()) return;
+  if (!light_map_) return;
   ColorMap map{};
   map.program = program;
   backend_->refit().EditImage({.image = rgb,

@@ -13,6 +13,7 @@
 #include "scene/camera.h"
 #include "scene/gaussian_model.h"
 #include "scene/image.h"
+#include "scene/splat_traits.h"
 
 namespace retint {
 
@@ -23,7 +24,7 @@ CameraParams ToCameraParams(const PosedCamera& view);
 struct RendererOptions {
   // Budget of a geometry cache of its own; see geometry_cache.h.
   size_t cache_bytes = size_t{640} << 20;
-  std::array<float, 3> background = {0, 0, 0};
+  std::array<float, 3> background = {0, 0, 0};  // sRGB; black: none
   // The data that a fit keeps of the views counts against the cache's budget too.
   bool makes_room = false;
   void Check() const;
@@ -79,8 +80,8 @@ class Renderer {
   void SetSh(std::span<const float> sh);
 
   const std::array<float, 3>& background() const { return background_; }  // sRGB
-  // Whether the Gaussians' blended colors are light. Renders are encoded as sRGB all the same.
-  bool is_linear() const { return encode_.size() > 0; }
+  // Of the Gaussians' blended colors; null if they are sRGB. Renders are sRGB all the same.
+  const std::shared_ptr<const LightMap>& light_map() const { return light_map_; }
   // An image [H, W, 3] in backend memory, sRGB as the model's blended colors, or those as sRGB.
   void ToColorsOfModel(int width, int height, float* rgb);
   void ToSrgb(int width, int height, float* rgb);
@@ -100,7 +101,9 @@ class Renderer {
   std::shared_ptr<Backend> backend_;
   std::unique_ptr<Model> model_;
   std::array<float, 3> background_;
-  Buffer<ColorProgram> encode_, decode_;  // to sRGB and back; empty: the colors are that
+  std::shared_ptr<const LightMap> light_map_;
+  Buffer<ColorProgram> encode_, decode_;  // to sRGB and back, with the map
+  Buffer<float> curve_;
   bool makes_room_;
   std::shared_ptr<GeometryCache> cache_;
   std::unique_ptr<Scratch> scratch_;

@@ -32,6 +32,7 @@ struct SessionSnapshot {
   std::string model;                                     // see SessionOptions
   Sim3d world_from_splat;
   std::optional<RenderModel> render_model;
+  OcioSpace space;
   std::shared_future<FileChecksum> checksum;  // of the splat
   size_t gaussians = 0;
   int sh_degree = 0;
@@ -81,6 +82,7 @@ struct SessionInfo {
   std::string model;
   Sim3d world_from_splat;
   std::optional<RenderModel> render_model;
+  OcioSpace space;
   FileChecksum checksum;
   int holdout = 0;
   std::array<float, 3> background = {0, 0, 0};

@@ -381,6 +381,12 @@ SessionInfo InfoFrom(const Json& json, const fs::path& folder) {
     info.render_model = ChosenRenderModel(name.Text());
     if (!info.render_model) name.Fail("is not default or mip");
   }
+  if (root.Has("space")) {
+    info.space.name = root.At("space").Text();
+    const Node config = root.At("ocio");
+    info.space.config =
+        config.json().is_string() ? config.Text() : FirstOf(config, folder, IsFile).string();
+  }
   if (!root.At("images").IsNull()) {
     info.image_folder = FirstOf(root.At("images"), folder, IsFolder);
   }
@@ -436,6 +442,7 @@ OpenedSession OpenOnce(const fs::path& folder, SessionOptions options, Monitor& 
   options.model = info.model;
   options.world_from_splat = info.world_from_splat;
   if (!options.render_model) options.render_model = info.render_model;
+  if (options.space == OcioSpace()) options.space = info.space;
   options.holdout = info.holdout;
   options.background = info.background;
   OpenedSession opened;

@@ -298,6 +298,8 @@ Json SessionWriter::Impl::Manifest(Run& run, const SessionSnapshot& snapshot,
   const auto path_or_null = [&](const fs::path& path) {
     return path.empty() ? Json(nullptr) : PathJson(path, folder);
   };
+  const Json ocio = IsFile(snapshot.space.config) ? PathJson(snapshot.space.config, folder)
+                                                  : Json(snapshot.space.config);
   return {{"format", session_json::kFormat},
           {"version", kSessionVersion},
           {"written_by", Version()},
@@ -308,6 +310,8 @@ Json SessionWriter::Impl::Manifest(Run& run, const SessionSnapshot& snapshot,
           {"world_from_splat", session_json::SimilarityJson(snapshot.world_from_splat)},
           {"render_model",
            snapshot.render_model ? Json(NameOf(*snapshot.render_model)) : Json(nullptr)},
+          {"space", snapshot.space.name},
+          {"ocio", ocio},
           {"views", views},
           {"splat", splat},
           {"holdout", snapshot.holdout},
@@ -331,6 +335,10 @@ SessionSnapshot TakeSnapshot(const EditSession& session) {
   snapshot.model = session.scene().options().model;
   snapshot.world_from_splat = session.scene().options().world_from_splat;
   snapshot.render_model = session.scene().options().render_model;
+  snapshot.space = session.scene().options().space;
+  if (IsFile(snapshot.space.config)) {
+    snapshot.space.config = fs::absolute(snapshot.space.config).lexically_normal().string();
+  }
   if (!session.scene().options().image_folder.empty()) {
     snapshot.image_folder = fs::absolute(session.scene().options().image_folder).lexically_normal();
   }

@@ -15,15 +15,9 @@ const View* Reconstruction::FindView(std::string_view name) const {
 }
 
 std::vector<std::string> Reconstruction::NearestNames(std::string_view name, int count) const {
-  std::vector<std::pair<int, std::string>> ranked;
-  for (const auto& [id, view] : views)
-    ranked.emplace_back(EditDistance(name, view.name), view.name);
-  std::sort(ranked.begin(), ranked.end());
   std::vector<std::string> names;
-  for (int i = 0; i < count && i < static_cast<int>(ranked.size()); ++i) {
-    names.push_back(ranked[static_cast<size_t>(i)].second);
-  }
-  return names;
+  for (const auto& [id, view] : views) names.push_back(view.name);
+  return retint::NearestNames(name, names, static_cast<size_t>(count));
 }
 
 PosedCamera Reconstruction::Posed(const View& view) const {

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <span>
 
+#include "base/stage_cache.h"
+
 namespace retint {
 namespace {
 
@@ -41,6 +43,21 @@ std::optional<ColorSpace> ColorSpaceNamed(std::string_view name) {
 
 bool IsLinear(ColorSpace space) {
   return space == ColorSpace::kLinearDisplay || space == ColorSpace::kLinearScene;
+}
+
+std::shared_ptr<const LightMap> LightMapOf(const SplatTraits& traits) {
+  static const auto light = std::make_shared<const LightMap>();
+  if (traits.chosen_space) return traits.chosen_space;
+  return IsLinear(traits.color_space) ? light : nullptr;
+}
+
+void AddTraits(StageKey& key, const SplatTraits& traits) {
+  key.AddValue(traits.render_model);
+  const auto map = LightMapOf(traits);
+  key.AddValue(map != nullptr);
+  if (!map) return;
+  key.AddValue(map->to_light)
+      .Add({reinterpret_cast<const char*>(map->curve.data()), map->curve.size() * sizeof(float)});
 }
 
 }  // namespace retint

@@ -12,7 +12,7 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "kernels/common/color_spaces.h"
-#include "kernels/common/sh.h"
+#include "render/color_encoding.h"
 #include "scene/morton.h"
 #include "selection/neighbors.h"
 
@@ -29,12 +29,9 @@ constexpr double kBend = 0.8;  // two flat Gaussians at a right angle lose this 
 constexpr double kLeastWeight = 1e-6;  // keeps the graph connected
 constexpr int64_t kGrain = 4096;
 
-GaussianSurface SurfaceOf(const GaussianModel& model, size_t g) {
+GaussianSurface SurfaceOf(const GaussianModel& model, const BaseColors& colors, size_t g) {
   GaussianSurface surface;
-  float rgb[3];
-  const float* const dc = &model.sh[g * size_t(model.NumShCoeffs()) * 3];
-  for (int c = 0; c < 3; ++c) rgb[c] = std::clamp(0.5f + kShC0 * dc[c], 0.0f, 1.0f);
-  const OkLab lab = OkLabFromSrgb(rgb);
+  const OkLab lab = OkLabFromSrgb(colors.Of(g).data());
   surface.lab = {lab.lightness, lab.a, lab.b};
 
   std::array<int, 3> axes = {0, 1, 2};
@@ -134,10 +131,11 @@ GaussianGraph::GaussianGraph(const GaussianModel& model, Monitor& monitor,
   }
   const size_t count = members_.size();
   surfaces_.resize(count);
+  const BaseColors colors(model);
   std::vector<Eigen::Vector3f> positions(count);
   ParallelRanges(int64_t(count), 1024, [&](int64_t begin, int64_t end) {
     for (auto i = size_t(begin); i < size_t(end); ++i) {
-      surfaces_[i] = SurfaceOf(model, GaussianOf(i));
+      surfaces_[i] = SurfaceOf(model, colors, GaussianOf(i));
       if (!valleys.empty()) surfaces_[i].valley = valleys[GaussianOf(i)];
       positions[i] = mean(GaussianOf(i));
     }

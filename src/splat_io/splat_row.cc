@@ -117,7 +117,8 @@ std::vector<std::string> CommonLosses(const GaussianModel& model, int max_sh_deg
   if (!model.source.trailing_header.empty()) {
     losses.emplace_back("elements after the Gaussians, which only a .ply holds, are dropped");
   }
-  const auto [render_model, reason, space] = model.traits;
+  const RenderModel render_model = model.traits.render_model;
+  const ColorSpace space = model.traits.color_space;
   if (render_model != RenderModel::kDefault &&
       std::find(render_models.begin(), render_models.end(), render_model) == render_models.end()) {
     losses.push_back("the render model " + std::string(NameOf(render_model)) + " is lost, which " +

@@ -227,6 +227,27 @@ TEST(ColorOpsTest, TablesTakeWhatIsNoNumberForZero) {
   for (int c = 0; c < 3; ++c) EXPECT_EQ(infinite[c], table[size_t(c)]);
 }
 
+TEST(ColorOpsTest, ACurveGoesThereAndBack) {
+  // 0 up to 0.5, then rising by 1 a step of 0.5.
+  const float curve[5] = {0, 0, 1, 2, 3};
+  float color[3] = {0.25f, 0.75f, 4};
+  CurveColor(curve, 5, color);
+  EXPECT_EQ(color[0], 0);
+  EXPECT_EQ(color[1], 0.5f);
+  EXPECT_EQ(color[2], 7);  // it goes on straight
+  InverseCurveColor(curve, 5, color);
+  EXPECT_EQ(color[0], 0);  // the least of many
+  EXPECT_EQ(color[1], 0.75f);
+  EXPECT_EQ(color[2], 4);
+  float below[3] = {-1, -1, -1};
+  InverseCurveColor(curve, 5, below);
+  for (const float value : below) EXPECT_EQ(value, 0);
+  float invalid[3] = {NAN, -1, INFINITY};  // none of them may index the curve
+  CurveColor(curve, 5, invalid);
+  EXPECT_EQ(invalid[0], 0);
+  EXPECT_EQ(invalid[1], 0);
+}
+
 TEST(ColorOpsTest, SoftClipBringsEveryColorIn) {
   std::mt19937 rng(5);
   std::uniform_real_distribution<float> uniform(-1, 2);
@@ -257,6 +278,12 @@ TEST(EditColorsTest, EditsManyColorsAsItEditsOne) {
   std::uniform_real_distribution<float> uniform(0, 1), beyond(-0.2f, 1.3f);
   std::vector<float> tables(3 * 17 + 3 * 125 + 3 * kPaletteRow);
   for (float& value : tables) value = uniform(rng);
+  constexpr int kCurve = 33;
+  const auto curve_at = int32_t(tables.size());
+  for (int i = 0; i < kCurve; ++i) {
+    const float x = kCurveEnd * float(i) / (kCurve - 1);
+    tables.push_back(0.5f * x * (1 + x));
+  }
   ColorOp gradient = Op(ColorOpCode::kGradient, {}), table = Op(ColorOpCode::kTable, {}),
           palette = Op(ColorOpCode::kPalette, {0.5f});
   gradient.size = 17;
@@ -316,8 +343,14 @@ TEST(EditColorsTest, EditsManyColorsAsItEditsOne) {
     program.strength = 0.3f;
     program.ops[program.count++] = ops[0];
     check(map, "a matrix after operation ", int(&op - ops));
-    program.linear = true;
-    check(map, "on light, operation ", int(&op - ops));
+    for (const int size : {0, kCurve}) {
+      program.encodes = true;
+      program.encode = Op(ColorOpCode::kEncode, {0.8f, 0.1f, 0.1f, 0, 1, 0, 0, 0.1f, 0.9f});
+      program.decode = Op(ColorOpCode::kDecode, {1.2f, -0.1f, -0.1f, 0, 1, 0, 0, -0.1f, 1.1f});
+      program.encode.table = program.decode.table = curve_at;
+      program.encode.size = program.decode.size = size;
+      check(map, size > 0 ? "on a curve, operation " : "on light, operation ", int(&op - ops));
+    }
   }
   ColorMap affine{};
   for (float& value : affine.delta) value = uniform(rng);

@@ -31,7 +31,7 @@ TEST_F(LinearSpace, ARenderIsTheEncodingOfTheBlend) {
   RendererOptions options;
   options.background = {0.2f, 0.5f, 0.9f};
   Renderer encoded = scene_.MakeRenderer(options);
-  EXPECT_TRUE(encoded.is_linear());
+  EXPECT_TRUE(encoded.light_map());
   scene_.model.traits.color_space = ColorSpace::kSrgbDisplay;
   for (float& channel : options.background) channel = LinearFromSrgb(channel);
   Renderer light = scene_.MakeRenderer(options);

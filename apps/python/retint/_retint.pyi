@@ -202,6 +202,7 @@ class Session:
                  images: Optional[PathLike] = None, model: str = "", views: int = 40,
                  world_from_splat: Union[PathLike, ArrayLike, None] = None,
                  view_folder: Optional[PathLike] = None, render_model: str = "",
+                 space: str = "", ocio: Optional[PathLike] = None,
                  progress: Progress = None) -> None: ...
     @staticmethod
     def load(folder: PathLike, *, backend: str = "auto", cache_mb: int = 640,

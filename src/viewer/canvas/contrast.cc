@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "kernels/common/sh.h"
 #include "recolor/color_edit.h"
 #include "recolor/main_color.h"
+#include "render/color_encoding.h"
 #include "viewer/canvas/overlay_color.h"
 
 namespace retint {
@@ -86,10 +86,11 @@ std::optional<Eigen::Vector3f> RegionColors::Of(const RegionSelection& selection
   // A Gaussian that covers almost nothing says little about the region's color.
   std::erase_if(weights, [&](const auto& one) { return one.first < kCovers * most; });
   const size_t step = weights.size() / kMostGaussians + 1;
+  const BaseColors base(original);
   std::vector<float> colors;
   for (size_t i = 0; i < weights.size(); i += step) {
-    const float* sh = original.sh.data() + weights[i].second * block;
-    for (int c = 0; c < 3; ++c) colors.push_back(std::clamp(sh[c] * kShC0 + 0.5F, 0.0F, 1.0F));
+    const Eigen::Vector3f color = base.Of(weights[i].second);
+    colors.insert(colors.end(), color.data(), color.data() + 3);
   }
   if (const auto main = FindMainColor(colors)) {
     found->second = Eigen::Vector3f(main->rgb.data());

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "opening/ocio_space.h"
 #include "splat_io/splat_io.h"
 #include "viewer/scene/failure_text.h"
 #include "viewer/scene/post.h"
@@ -17,7 +18,8 @@ struct FrameFinder::Splat {
   std::filesystem::file_time_type time;
   GaussianModel model;
 
-  const GaussianModel& Read(const std::filesystem::path& wanted, Monitor& monitor) {
+  const GaussianModel& Read(const OpenRequest& asked, Monitor& monitor) {
+    const std::filesystem::path& wanted = asked.splat;
     std::error_code none;
     const auto changed = std::filesystem::last_write_time(wanted, none);
     if (path != wanted || time != changed) {
@@ -26,6 +28,8 @@ struct FrameFinder::Splat {
       path = wanted;
       time = changed;
     }
+    model.traits.chosen_space = nullptr;
+    ChooseSpace(asked.options.space, model);
     return model;
   }
 };
@@ -57,7 +61,7 @@ void FrameFinder::Post(const OpenRequest& request, Ask ask, Answer answer) {
   };
   worker_->Post({tr("Comparing"),
                  [=, splat = splat_](Monitor& monitor) {
-                   const GaussianModel& model = splat->Read(request.splat, monitor);
+                   const GaussianModel& model = splat->Read(request, monitor);
                    *is_read = true;
                    *result = ask(request, model, monitor);
                  },

@@ -23,6 +23,7 @@
 #include "base/error.h"
 #include "colmap_io/nerfstudio.h"
 #include "opening/find_splat.h"
+#include "opening/ocio_space.h"
 #include "splat_io/splat_io.h"
 #include "viewer/widgets/long_text.h"
 #include "viewer/widgets/path_edit.h"
@@ -149,6 +150,9 @@ OpenDialog::OpenDialog(const OpenRequest& start, QWidget* parent) : QDialog(pare
   frame_ = row(tr("&Frame"), FrameText(start.options.world_from_splat),
                tr("where the splat lies: a JSON file or a matrix; left out: as it is"), false);
   frame_->setObjectName("frame");
+  config_ = row(tr("&OpenColorIO config"), start.options.space.config,
+                tr("of the color space; left out: that of $OCIO"), false);
+  config_->setObjectName("ocio");
   main_form->addRow(QString(), MakeFitLine());
   workspace_->setObjectName("workspace");
   splat_->setObjectName("splat");
@@ -168,6 +172,16 @@ OpenDialog::OpenDialog(const OpenRequest& start, QWidget* parent) : QDialog(pare
   }
   render_model_->setToolTip(tr("mip: the splat was trained with an antialiasing filter"));
   form->addRow(tr("Render &model"), render_model_);
+  space_ = new QComboBox;
+  space_->setObjectName("space");
+  space_->setEditable(true);
+  space_->lineEdit()->setPlaceholderText(tr("as the splat says"));
+  space_->setToolTip(tr("Of the splat's colors, such as ACEScct. Edits work on sRGB"));
+  ListSpaces();
+  space_->setEditText(QString::fromStdString(start.options.space.name));
+  connect(config_, &QLineEdit::textChanged, this, &OpenDialog::ListSpaces);
+  connect(space_, &QComboBox::editTextChanged, this, &OpenDialog::Check);
+  form->addRow(tr("&Color space"), space_);
   backend_ = new QComboBox;
   backend_->addItem(tr("best available"), "auto");
   for (const std::string& name : AvailableBackends()) {
@@ -199,10 +213,11 @@ OpenDialog::OpenDialog(const OpenRequest& start, QWidget* parent) : QDialog(pare
   advanced->setObjectName("open_advanced");
   form->setContentsMargins(0, 0, 0, 0);
   advanced->setLayout(form);
-  auto* more = new QCheckBox(tr("A&dvanced: photos, frame, backend and held-out views"));
+  auto* more =
+      new QCheckBox(tr("A&dvanced: photos, frame, color space, backend and held-out views"));
   more->setObjectName("open_more");
   more->setChecked(!photos_->text().isEmpty() || !frame_->text().isEmpty() || at > 0 ||
-                   holdout_->value() > 0);
+                   holdout_->value() > 0 || !space_->currentText().isEmpty());
   advanced->setVisible(more->isChecked());
   connect(more, &QCheckBox::toggled, this, [this, advanced](bool shown) {
     advanced->setVisible(shown);
@@ -266,6 +281,8 @@ OpenRequest OpenDialog::request() const {
   request.options.world_from_splat = Frame().value_or(Sim3d{});
   request.options.render_model =
       ChosenRenderModel(render_model_->currentData().toString().toStdString());
+  request.options.space = {config_->text().trimmed().toStdString(),
+                           space_->currentText().trimmed().toStdString()};
   request.options.backend = backend_->currentData().toString().toStdString();
   request.options.holdout = holdout_->value() == 1 ? 2 : holdout_->value();
   return request;
@@ -310,6 +327,18 @@ void OpenDialog::ShowFailure(const QString& message) {
   problem_->setText(Breakable(QStringLiteral("⚠ ") + message));
 }
 
+void OpenDialog::ListSpaces() {
+  const QString chosen = space_->currentText();
+  space_->clear();
+  try {
+    for (const std::string& name : OcioSpaceNames(config_->text().trimmed().toStdString())) {
+      space_->addItem(QString::fromStdString(name));
+    }
+  } catch (const Error&) {  // no config, or still being typed
+  }
+  space_->setEditText(chosen);
+}
+
 void OpenDialog::Check() {
   const QString workspace = workspace_->text().trimmed(), splat = Splat();
   splat_->setPlaceholderText(splat.isEmpty() ? tr("file of this scene's Gaussians") : splat);
@@ -323,6 +352,8 @@ void OpenDialog::Check() {
     problem = tr("The workspace holds no COLMAP model (cameras, images, points3D).");
   } else if (!QFileInfo(splat).isFile()) {
     problem = tr("The splat is not a file.");
+  } else if (!config_->text().trimmed().isEmpty() && space_->currentText().trimmed().isEmpty()) {
+    problem = tr("Choose the splat's color space from the OpenColorIO config.");
   } else if (!Frame()) {
     problem = tr("The frame is neither a file with a similarity nor the 12 or 16 numbers of one.");
   }

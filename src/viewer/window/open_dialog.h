@@ -38,6 +38,7 @@ class OpenDialog : public QDialog {
   void FollowWorkspace();
   std::optional<Sim3d> Frame() const;  // nullopt: the text is not a similarity
   QString Splat() const;               // as typed; empty field: the one that was found
+  void ListSpaces();                   // of the OpenColorIO config
   void Check();
   void UpdateButtons();
   QWidget* MakeFitLine();
@@ -48,10 +49,10 @@ class OpenDialog : public QDialog {
   void EndAlign(const QString& text);
   void Take(const AlignResult& result);
 
-  QLineEdit *workspace_, *splat_, *photos_, *frame_;
+  QLineEdit *workspace_, *splat_, *photos_, *frame_, *config_;
   OpenRequest start_;  // fields that the form does not have keep their values
   QString splat_of_;   // workspace for which the splat was chosen; empty: none
-  QComboBox *render_model_, *backend_;
+  QComboBox *render_model_, *space_, *backend_;
   QSpinBox* holdout_;
   QLabel *problem_, *fit_;
   QPushButton* align_;

@@ -9,6 +9,7 @@
 #include <QStandardPaths>
 
 #include "base/error.h"
+#include "base/files.h"
 #include "colmap_io/nerfstudio.h"
 
 namespace retint {
@@ -36,8 +37,8 @@ QString PictureFile(const QString& entry) {
 
 }  // namespace
 
-// Workspace, splat, photos, held-out views, backend, model, frame, placed views, render model.
-// Older entries have fewer parts: only the first two are required.
+// Workspace, splat, photos, held-out views, backend, model, frame, placed views, render model,
+// color space and its config. Older entries have fewer parts: only the first two are required.
 QString RecentEntry(const OpenRequest& request) {
   const SessionOptions& options = request.options;
   return QStringList{Absolute(request.workspace),
@@ -51,7 +52,10 @@ QString RecentEntry(const OpenRequest& request) {
                                                 : WorldFromSplatToText(options.world_from_splat)),
                      QString::number(options.views),
                      QString::fromStdString(
-                         options.render_model ? std::string(NameOf(*options.render_model)) : "")}
+                         options.render_model ? std::string(NameOf(*options.render_model)) : ""),
+                     QString::fromStdString(options.space.name),
+                     IsFile(options.space.config) ? Absolute(options.space.config)
+                                                  : QString::fromStdString(options.space.config)}
       .join(kBetween);
 }
 
@@ -71,6 +75,7 @@ OpenRequest RecentRequest(const QString& entry) {
     request.options.world_from_splat = {};  // settings that someone edited by hand
   }
   request.options.render_model = ChosenRenderModel(parts.value(8).toStdString());
+  request.options.space = {parts.value(10).toStdString(), parts.value(9).toStdString()};
   if (const int views = parts.value(7).toInt(); views >= 2) request.options.views = views;
   return request;
 }
