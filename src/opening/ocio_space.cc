@@ -129,12 +129,14 @@ double WorstDifference(const std::shared_ptr<const LightMap>& map, const Convers
     const Eigen::Vector3f shown =
         Eigen::Vector3f(float(i % kSide), float(i / kSide % kSide), float(i / kSide / kSide)) /
         (kSide - 1);
-    const Eigen::Vector3f there = from_srgb(shown);
+    // A splat's blended colors are not below 0: ACEScc has no black for it.
+    const Eigen::Vector3f there = from_srgb(shown).cwiseMax(0.0F);
     Eigen::Vector3f encoded = there, decoded = shown;
     colors.ToSrgb(encoded.data());
     colors.FromSrgb(decoded.data());
+    const Eigen::Vector3f expected = to_srgb(there);
     for (const double one :
-         {Difference(encoded, to_srgb(there)), Difference(to_srgb(decoded), shown)}) {
+         {Difference(encoded, expected), Difference(to_srgb(decoded), expected)}) {
       if (!(one <= worst)) worst = one;
     }
     if (std::isnan(worst)) break;

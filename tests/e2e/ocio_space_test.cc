@@ -11,43 +11,13 @@
 #include "render/renderer.h"
 #include "splat_io/splat_io.h"
 #include "tests/e2e/bad_input.h"
+#include "tests/support/ocio_config.h"
 
 namespace retint {
 namespace {
 
 namespace ocio = OCIO_NAMESPACE;
 using testing::HasSubstr;
-
-// The reference is light in ACEScg's primaries. "film log" has a camera's primaries and logarithm;
-// "graded" mixes channels between two curves.
-constexpr const char* kConfig = R"(ocio_profile_version: 2
-roles: {default: light, scene_linear: light}
-file_rules:
-  - !<Rule> {name: Default, colorspace: default}
-displays:
-  sRGB: [!<View> {name: plain, colorspace: sRGB}]
-colorspaces:
-  - !<ColorSpace> {name: light}
-  - !<ColorSpace>
-    name: sRGB
-    from_scene_reference: !<GroupTransform>
-      children:
-        - !<MatrixTransform> {matrix: [1.70505, -0.62179, -0.08326, 0, -0.13026, 1.1408, -0.01054, 0, -0.024, -0.12897, 1.15297, 0, 0, 0, 0, 1]}
-        - !<ExponentWithLinearTransform> {gamma: 2.4, offset: 0.055, direction: inverse}
-  - !<ColorSpace>
-    name: film log
-    to_scene_reference: &film !<GroupTransform>
-      children:
-        - !<LogAffineTransform> {base: 10, log_side_slope: 0.24719, log_side_offset: 0.385537, lin_side_slope: 5.555556, lin_side_offset: 0.052272, direction: inverse}
-        - !<MatrixTransform> {matrix: [0.85, 0.12, 0.03, 0, 0.05, 0.98, -0.03, 0, 0.01, 0.04, 0.95, 0, 0, 0, 0, 1]}
-  - !<ColorSpace>
-    name: graded
-    to_scene_reference: !<GroupTransform>
-      children:
-        - *film
-        - !<ExponentTransform> {value: 1.4}
-        - !<MatrixTransform> {matrix: [0.6, 0.3, 0.1, 0, 0.2, 0.7, 0.1, 0, 0.1, 0.2, 0.7, 0, 0, 0, 0, 1]}
-)";
 
 class Config {
  public:
@@ -85,7 +55,7 @@ Differences Compare(const Image& a, const Image& b) {
 class OcioSpaceTest : public testing::Test {
  protected:
   OcioSpaceTest() {
-    WriteFile(config_, kConfig);
+    WriteFile(config_, kOcioConfig);
     GaussianModel model = ReadSplat(place_.In("splat.ply"));
     const auto stride = size_t(3 * model.NumShCoeffs());
     FloatArray base;
@@ -192,7 +162,7 @@ TEST_F(OcioSpaceTest, AnEditThatChangesNothingKeepsTheFile) {
 const std::string& WithConfig(const Place& place) {
   static std::string file;
   file = place.In("config.ocio");
-  WriteFile(file, kConfig);
+  WriteFile(file, kOcioConfig);
   return file;
 }
 
@@ -217,7 +187,7 @@ const Row kRows[] = {
      }},
     {"NoSrgb", 3, "has no sRGB space. Give it the alias sRGB",
      [](Place& place) {
-       std::string text = kConfig;
+       std::string text = kOcioConfig;
        for (size_t at; (at = text.find("sRGB")) != std::string::npos;) text.replace(at, 4, "TV");
        WriteFile(place.In("tv.ocio"), text);
        return Recolor(place, {"--ocio", place.In("tv.ocio"), "--space", "film log"});
@@ -232,7 +202,9 @@ const Row kRows[] = {
        return Recolor(place, {"--space", "film log"});
      }},
 };
-INSTANTIATE_TEST_SUITE_P(OcioSpaces, BadInput, testing::ValuesIn(kRows), RowName);
 
 }  // namespace
+
+INSTANTIATE_TEST_SUITE_P(OcioSpaces, BadInput, testing::ValuesIn(kRows), RowName);
+
 }  // namespace retint

@@ -442,3 +442,25 @@ def test_everything_has_a_docstring():
             if not text.strip():
                 undocumented.append(f"{name}.{member}")
     assert undocumented == []
+
+
+def test_a_color_space_of_a_config(scene, tmp_path):
+    config = tmp_path / "config.ocio"
+    config.write_text("""ocio_profile_version: 2
+roles: {default: light, scene_linear: light}
+file_rules: [!<Rule> {name: Default, colorspace: default}]
+displays: {sRGB: [!<View> {name: plain, colorspace: sRGB}]}
+colorspaces:
+  - !<ColorSpace> {name: light}
+  - !<ColorSpace>
+    name: sRGB
+    from_scene_reference: !<ExponentWithLinearTransform> {gamma: 2.4, offset: 0.055, direction: inverse}
+""")
+    with retint.Session(scene.folder, scene.splat) as session:
+        numbers = session.render(scene.view)
+    with retint.Session(scene.folder, scene.splat, space="light", ocio=config) as session:
+        shown = session.render(scene.view)
+    expected = np.where(numbers <= 0.0031308, 12.92 * numbers, 1.055 * numbers ** (1 / 2.4) - 0.055)
+    np.testing.assert_allclose(shown, expected, atol=1e-4)
+    with pytest.raises(retint.InputError, match="no color space 'lamp'.*light"):
+        retint.Session(scene.folder, scene.splat, space="lamp", ocio=config)

@@ -2,6 +2,8 @@
 // A splat in another frame than its workspace: the open dialog tells it and finds how it lies.
 #include <cmath>
 
+#include <QCheckBox>
+#include <QComboBox>
 #include <QDialogButtonBox>
 #include <QLabel>
 #include <QPushButton>
@@ -9,6 +11,7 @@
 
 #include "scene/transform.h"
 #include "splat_io/splat_io.h"
+#include "tests/support/ocio_config.h"
 #include "tests/viewer/files_fixture.h"
 
 namespace retint {
@@ -107,6 +110,30 @@ class OpenDialogTest : public FilesFixture {
     Type(dialog_, "splat", scene_->workspace() / "splat.ply");
     QVERIFY(Says("Renders and photos agree: "));
     QVERIFY(open()->isEnabled());
+  }
+
+  void AColorSpaceOfAConfigIsChosen() {
+    const fs::path config = scene_->folder() / "config.ocio";
+    WriteFile(config, kOcioConfig);
+    QVERIFY(OpenForm(scene_->workspace() / "splat.ply"));
+    dialog_->findChild<QCheckBox*>("open_more")->setChecked(true);
+    Type(dialog_, "ocio", config);
+    auto* problem = dialog_->findChild<QLabel*>("open_problem");
+    QVERIFY(problem->text().contains("Choose the splat's color space"));
+    auto* space = dialog_->findChild<QComboBox*>("space");
+    QCOMPARE(space->count(), 4);
+    space->setEditText("film-log");
+    QVERIFY(Says("Nearest of its 4: film log"));
+    QVERIFY(!open()->isEnabled());
+    space->setCurrentText("light");
+    QVERIFY(Says("Renders and photos disagree"));  // the sample is in sRGB
+    Keep(*dialog_, "open_dialog_space");
+    QSignalSpy opened(&controller(), &SceneController::opened);
+    QTest::mouseClick(open(), Qt::LeftButton);
+    QVERIFY(Opened(opened));
+    const OcioSpace chosen{config.string(), "light"};
+    QVERIFY(controller().facts()->request.options.space == chosen);
+    QVERIFY(RecentRequest(RecentFiles().value(0)).options.space == chosen);
   }
 
  private:
