@@ -26,7 +26,7 @@ namespace ocio = OCIO_NAMESPACE;
 
 constexpr int kSamples = 4097;         // of the curve
 constexpr double kMostDifference = 1;  // CIEDE2000
-constexpr size_t kNearest = 5;
+constexpr size_t kSuggested = 5;
 
 // sRGB by its names in the configs of ACES, the Academy's and others.
 constexpr const char* kSrgbNames[] = {
@@ -88,7 +88,7 @@ Eigen::Vector3d LightOf(const Eigen::Vector3f& srgb) {
 }
 
 // `to_srgb` as a curve, seen in grays, and a matrix, seen in one channel's change at a time.
-LightMap Sample(const Conversion& to_srgb) {
+LightMap CurveAndMatrix(const Conversion& to_srgb) {
   LightMap map;
   float most = -HUGE_VALF;
   for (int i = 0; i < kSamples; ++i) {
@@ -154,20 +154,20 @@ std::shared_ptr<const LightMap> ReadOcioSpace(const OcioSpace& space) {
     const std::vector<std::string> names = NamesOf(*config);
     throw InputError(path, "has no color space '" + space.name + "'. Nearest of its " +
                                std::to_string(names.size()) + ": " +
-                               Listed(NearestNames(space.name, names, kNearest)));
+                               Listed(NearestNames(space.name, names, kSuggested)));
   }
   const auto* const srgb =
       std::find_if(std::begin(kSrgbNames), std::end(kSrgbNames),
                    [&](const char* name) { return config->getColorSpace(name) != nullptr; });
   if (srgb == std::end(kSrgbNames)) {
     throw InputError(path, "has no sRGB space. Give it the alias sRGB; its color spaces: " +
-                               Listed(NearestNames("sRGB", NamesOf(*config), kNearest)));
+                               Listed(NearestNames("sRGB", NamesOf(*config), kSuggested)));
   }
   double worst = 0;
   std::shared_ptr<LightMap> map;
   try {
     const Conversion to_srgb(*config, own->getName(), *srgb);
-    map = std::make_shared<LightMap>(Sample(to_srgb));
+    map = std::make_shared<LightMap>(CurveAndMatrix(to_srgb));
     map->name = own->getName();
     worst = WorstDifference(map, to_srgb, Conversion(*config, *srgb, own->getName()));
   } catch (const ocio::Exception& error) {
