@@ -460,6 +460,8 @@ colorspaces:
         numbers = session.render(scene.view)
     with retint.Session(scene.folder, scene.splat, space="light", ocio=config) as session:
         shown = session.render(scene.view)
+        session.write_splat(tmp_path / "same.ply")
+    assert (tmp_path / "same.ply").read_bytes() == pathlib.Path(scene.splat).read_bytes()
     expected = np.where(numbers <= 0.0031308, 12.92 * numbers, 1.055 * numbers ** (1 / 2.4) - 0.055)
     np.testing.assert_allclose(shown, expected, atol=1e-4)
     with pytest.raises(retint.InputError, match="no color space 'lamp'.*light"):
