@@ -6,6 +6,7 @@
 
 #include "arrays.h"
 #include "colmap_io/image_io.h"
+#include "colmap_io/png_text.h"
 #include "options.h"
 #include "results.h"
 #include "selecting/paint_held.h"
@@ -21,8 +22,10 @@ PaintedView Paint(PySession& self, const std::string& view, const py::object& ma
     return session.scene().reconstruction().Posed(found).camera;
   });
   Mask paint = ToMask(mask, camera.width, camera.height);
-  return self.Use(
+  PaintedView painted = self.Use(
       [&](EditSession& session) { return session.selection().Paint(view, std::move(paint)); });
+  if (IsPath(mask)) painted.outlined_by = ReadPngText(ToPath(mask), kOutlinedBy);
+  return painted;
 }
 
 PySelection Select(PySession& self, const py::object& given, py::object progress,

@@ -134,6 +134,8 @@ void BindDepth(py::module_& module) {
           "mask",
           [](const py::object& self) { return FromMask(self.cast<PaintedView&>().mask, self); },
           "[H, W] uint8: 0 outside, 255 inside.")
+      .def_readonly("outlined_by", &PaintedView::outlined_by,
+                    "The network that outlined the mask, as its file names it, or ''.")
       .def("__repr__", [](const PaintedView& self) {
         const auto& values = self.mask.data;
         const auto inside =

@@ -58,7 +58,7 @@ std::vector<PaintedView> OnViews(const Workspace& workspace, const PaintedView& 
   for (const ViewId face : PhotoOf(workspace, painted).faces) {
     const View& view = workspace.reconstruction.views.at(face);
     PaintedView on{view.name, workspace.reconstruction.Posed(view),
-                   pixels.ToView(face, painted.mask), pixels.Reach(face)};
+                   pixels.ToView(face, painted.mask), pixels.Reach(face), painted.outlined_by};
     if (!painted.seen.Empty()) {
       const Mask seen = pixels.ToView(face, painted.seen);
       for (size_t p = 0; p < seen.data.size(); ++p) {

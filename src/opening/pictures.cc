@@ -10,6 +10,7 @@
 #include "base/option_name.h"
 #include "colmap_io/image_io.h"
 #include "colmap_io/mask_names.h"
+#include "colmap_io/png_text.h"
 #include "opening/photo_paint.h"
 #include "opening/picture_likeness.h"
 #include "scene/image_checks.h"
@@ -217,7 +218,10 @@ Pictures::MasksByName Pictures::ReadMasks(const std::filesystem::path& folder, b
 std::vector<PaintedView> Pictures::ReadBrush(std::string_view name,
                                              const std::filesystem::path& mask) const {
   const UserPicture& one = RequireOne(name);
-  return Brush(one, ReadBrushOf(one, mask), mask);
+  std::vector<PaintedView> painted = Brush(one, ReadBrushOf(one, mask), mask);
+  const std::string outlined_by = ReadPngText(mask, kOutlinedBy);
+  for (PaintedView& view : painted) view.outlined_by = outlined_by;
+  return painted;
 }
 
 Mask Pictures::ReadBrushOf(const UserPicture& picture, const std::filesystem::path& path) const {

@@ -156,6 +156,7 @@ void EditRun::AddKeys() {
     AddNetwork(select, plan.region->options.select);
     for (const PaintedView& view : plan.selection.source.painted) {
       AddMasks(select, {{view.name, view.mask}});
+      select.Add(view.outlined_by);
     }
     if (plan.is_painted && plan.region->paint.empty()) {  // its pictures are its paint
       select.Add(EditToJson(edit, /*with_tables=*/true));

@@ -114,6 +114,7 @@ Json PooledRegistrationJson(const std::vector<PaintedReport>& painted) {
 
 Json PaintedJson(const PaintedReport& view) {
   return {{"view", view.view},
+          {"outlined_by", view.outlined_by.empty() ? Json() : Json(view.outlined_by)},
           {"depth",
            {{"method", view.depth_method},
             {"valid_fraction", Number(view.valid_fraction)},

@@ -219,6 +219,7 @@ Json ReportJson(const PaintedReport& report) {
   const RegistrationSummary& moved = report.registration;
   const Sim3d& sim = moved.world_from_cloud;
   return {{"view", EscapeBytes(report.view)},
+          {"outlined_by", EscapeBytes(report.outlined_by)},
           {"depth_method", report.depth_method},
           {"depth_reason", EscapeBytes(report.depth_reason)},
           {"valid_fraction", Finite(report.valid_fraction)},
@@ -249,6 +250,7 @@ PaintedReport ReadReport(const Node& node) {
   RegistrationSummary& moved = report.registration;
   const auto number = [&](const char* key) { return FiniteOrNone(node.At(key)); };
   report.view = node.At("view").Bytes();
+  if (node.Has("outlined_by")) report.outlined_by = node.At("outlined_by").Bytes();
   report.depth_method = node.At("depth_method").Text();
   report.depth_reason = node.At("depth_reason").Bytes();
   report.valid_fraction = number("valid_fraction");

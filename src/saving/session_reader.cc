@@ -166,6 +166,7 @@ SelectionSource Reader::Source(const Node& node, const fs::path& folder) {
     view.name = painted.At("view").Bytes();
     if (!names.insert(view.name).second) painted.Fail("view " + view.name + " comes twice");
     view.camera = PaintedOn(view.name, painted.At("camera"));
+    if (painted.Has("outlined_by")) view.outlined_by = painted.At("outlined_by").Bytes();
     const fs::path path = ViewFile(folder / "painted", view.name);
     CheckSum(ReadSum(painted), path);
     view.mask = ReadMask(path, view.camera.camera.width, view.camera.camera.height);

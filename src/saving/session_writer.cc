@@ -121,6 +121,7 @@ void WriteSource(const fs::path& folder, const SelectionSource& source, Json* en
                  static_cast<double>(source.painted.size()));
     Json one = WriteMaskFile(folder / "painted", view.name, view.mask);
     one["camera"] = session_json::CameraJson(view.camera);
+    if (!view.outlined_by.empty()) one["outlined_by"] = EscapeBytes(view.outlined_by);
     painted.push_back(std::move(one));
   }
   monitor.Step("save", 1, 1);

@@ -101,6 +101,7 @@ void Visit(Archive& archive, Part& part) {
   VisitCloud(archive, part.cloud);
   VisitCloud(archive, part.raw);
   archive.Text(part.report.view);
+  archive.Text(part.report.outlined_by);
   archive.Text(part.report.depth_method);
   archive.Text(part.report.depth_reason);
   archive.Value(part.report.valid_fraction);

@@ -18,7 +18,7 @@ namespace retint {
 
 // Of one painted view.
 struct PaintedReport {
-  std::string view;
+  std::string view, outlined_by;  // of its PaintedView
   std::string depth_method, depth_reason;
   double valid_fraction = 0;
   CloudSummary cloud;

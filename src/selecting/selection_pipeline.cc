@@ -32,6 +32,7 @@ PaintedPart WithoutDepth(const PaintedView& view, const SelectOptions& options,
   part.depth.method = part.report.depth_method = options.depth_method;
   part.depth.reason = part.report.depth_reason = part.report.registration.reason = reason;
   part.report.view = view.name;
+  part.report.outlined_by = view.outlined_by;
   return part;
 }
 
@@ -175,6 +176,7 @@ PaintedPart SelectionPipeline::SelectOne(const PaintedView& view, const SelectOp
                                          Monitor& monitor) {
   PaintedPart part;
   part.report.view = view.name;
+  part.report.outlined_by = view.outlined_by;
   part.depth = EstimatePart(view.camera, Around(view.mask, kRegistrationMargin), options, monitor);
   part.report.depth_method = part.depth.method;
   part.report.depth_reason = part.depth.reason;

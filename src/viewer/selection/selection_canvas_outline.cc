@@ -67,6 +67,9 @@ void SelectionCanvas::Find(uint64_t gesture, Combine combine, OutlineFinder::Wor
     if (applied_ == gesture) changed = editor_.Undo();
     const GridRect filled = editor_.Fill(mask, combine);
     applied_ = filled.Empty() ? 0 : gesture;
+    if (applied_ != 0 && gesture == undecided_of_ && !network_of_->empty()) {
+      outlined_by_ = *network_of_;
+    }
     for (Scribble& scribble : scribbles_) {
       if (scribble.gesture == gesture) scribble.found = true, scribble.step = applied_ == gesture;
     }
@@ -247,11 +250,16 @@ void SelectionCanvas::FindScribbled() {
   const auto undecided = std::make_shared<Mask>();  // read once the result shows
   undecided_ = undecided;
   undecided_of_ = gesture;
+  const auto network_of = std::make_shared<std::string>();  // likewise
+  network_of_ = network_of;
   Find(gesture, Combine::kReplace,
        [layers = layers_, drawn = Strokes{inside, outside}, network, prompt, most,
-        under = under_scribbles_, undecided](Monitor& monitor) {
+        under = under_scribbles_, undecided, network_of](Monitor& monitor) {
          Strokes strokes = drawn;
-         if (network) strokes = StrokesOf(*network, layers->color, drawn, prompt, monitor);
+         if (network) {
+           strokes = StrokesOf(*network, layers->color, drawn, prompt, monitor);
+           *network_of = network->Identity();
+         }
          Mask mask =
              MaskFromScribbles(*layers, strokes.inside, strokes.outside, monitor, undecided.get());
          for (size_t p = 0; p < most.data.size(); ++p) {

@@ -358,6 +358,7 @@ void SelectionMode::Accept() {
   }
   SceneController::Round round;
   round.paint.view = {entry_.view.toStdString(), entry_.camera, editor.mask()};
+  round.paint.view.outlined_by = canvas_->outlined_by();
   if (entry_.region) round.paint.before = before_;
   round.base = entry_.region;
   round.name = NewName();
