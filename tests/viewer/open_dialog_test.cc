@@ -9,10 +9,12 @@
 #include <QPushButton>
 #include <QRegularExpression>
 
+#include "base/files.h"
 #include "scene/transform.h"
 #include "splat_io/splat_io.h"
 #include "tests/support/ocio_config.h"
 #include "tests/viewer/files_fixture.h"
+#include "viewer/window/recent_files.h"
 
 namespace retint {
 
