@@ -44,6 +44,8 @@ constexpr double kSurePaint = 0.01;
 // Lost paint is not put back this close to a mask, in pixels. Its soft border is better there,
 // because Gaussians can show it.
 constexpr int kBorderOff = 2;
+// Lost paint is looked for in all views if a painted view's shares miss more than this of it.
+constexpr double kMostLost = 0.01;
 constexpr int64_t kGrain = 16384;  // Gaussians
 
 // 255 in pixels at most `reach` rows and columns from a pixel inside.
@@ -135,6 +137,25 @@ class Projection {
         if (painted.seen->Empty() || painted.seen->data[p] > 0) mask->data[p] = paint[p];
       }
     }
+  }
+
+  // Whether the shares show the paint in the painted views, where kMostLost of it may be missing.
+  // Other views then show it too.
+  bool ShowsPaint(const std::vector<float>& shares, const GaussianGraph* graph) const {
+    for (const Painted& painted : painted_) {
+      const Mask near =
+          Widened(RenderShares(renderer_, painted.camera, shares, options_, graph), kBorderOff);
+      size_t all = 0, lost = 0;
+      const std::vector<uint8_t> paint =
+          backend_.Download(painted.mask.data(), painted.mask.size());
+      for (size_t p = 0; p < paint.size(); ++p) {
+        if (!IsInside(paint[p]) || (!painted.seen->Empty() && painted.seen->data[p] == 0)) continue;
+        ++all;
+        lost += near.data[p] == 0 ? 1 : 0;
+      }
+      if (double(lost) > kMostLost * double(all)) return false;
+    }
+    return true;
   }
 
   // Puts paint that the shares lost back into the `mask` of an unpainted view, on surfaces that a
@@ -573,6 +594,10 @@ ProjectedMasks ProjectMasks(const SelectionCloud& cloud, const std::vector<Paint
     RenderMasks(renderer, reconstruction, masked, result.shares, options,
                 completes ? graph : nullptr, step, &result.masks);
     for (const View* view : masked) projection.ShowPaint(*view, &result.masks[view->name]);
+    if (projection.ShowsPaint(result.shares, completes ? graph : nullptr)) {
+      steps -= double(unpainted.size());
+      unpainted.clear();
+    }
     surfaces.before_each = [&](size_t) { step(); };
     RenderSurfaces(renderer, reconstruction, unpainted, surfaces,
                    [&](size_t i, ViewSurface surface) {

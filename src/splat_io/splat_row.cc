@@ -124,8 +124,11 @@ std::vector<std::string> CommonLosses(const GaussianModel& model, int max_sh_deg
     losses.push_back("the render model " + std::string(NameOf(render_model)) + " is lost, which " +
                      std::string(format) + " cannot say: programs render it as default");
   }
-  if (space != ColorSpace::kSrgbDisplay &&
-      std::find(color_spaces.begin(), color_spaces.end(), space) == color_spaces.end()) {
+  if (model.traits.chosen_space) {
+    losses.push_back("the color space " + model.traits.chosen_space->name + " is lost, which " +
+                     std::string(format) + " cannot say: tell the program that reads it");
+  } else if (space != ColorSpace::kSrgbDisplay &&
+             std::find(color_spaces.begin(), color_spaces.end(), space) == color_spaces.end()) {
     losses.push_back("the color space " + std::string(NameOf(space)) + " is lost, which " +
                      std::string(format) + " cannot say: programs show other colors");
   }

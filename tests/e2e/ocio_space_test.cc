@@ -138,6 +138,11 @@ TEST_F(OcioSpaceTest, AnEditIsThatOfTheSplatInSrgb) {
   EXPECT_LT(kept, before.size() / 3);
 }
 
+TEST_F(OcioSpaceTest, AFileThatCannotSayItIsToldSo) {
+  const CommandResult result = Edit(log_, place_.Out("log.usda"), space_);
+  EXPECT_THAT(result.err, HasSubstr("the color space film log is lost, which"));
+}
+
 // Paths of a job start in its folder, those of its session too.
 TEST_F(OcioSpaceTest, AJobAndItsSessionKeepIt) {
   const nlohmann::json job = {
