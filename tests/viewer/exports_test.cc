@@ -32,41 +32,6 @@ class ExportsTest : public FilesFixture {
   void init() { QVERIFY(ShowScene()); }
   void cleanup() { EndCase(); }
 
-  // Of a splat that is too bright.
-  void ColorsAreMatchedOnceTheUserAgrees() {
-    GaussianModel bright = scene_->scene().model;
-    const auto stride = size_t(3 * bright.NumShCoeffs());
-    for (size_t i = 0; i < bright.sh.size(); ++i) bright.sh[i] += i % stride < 3 ? 0.3F : 0;
-    OpenRequest request = scene_->Request();
-    request.splat = Fresh() / "bright.ply";
-    WriteSplat(request.splat, bright);
-    QSignalSpy opened(&controller(), &SceneController::opened);
-    window_->files().OpenScene(request);
-    QVERIFY(Opened(opened));
-    auto* match = window_->findChild<QAction*>("match");
-    const auto ask = [&] {
-      match->trigger();
-      return WaitDialog(*window_);
-    };
-    const QMessageBox* box = ask();
-    QVERIFY(box && box->informativeText().contains("held-out views"));
-    QVERIFY(box->defaultButton() == box->button(QMessageBox::Cancel));
-    QVERIFY(ClickRole(*window_, QMessageBox::RejectRole));
-    QTRY_VERIFY(!window_->dialogs().box());
-    QVERIFY(Settle(controller()));
-    QVERIFY(Regions().empty());
-    QVERIFY(ask());
-    QVERIFY(ClickRole(*window_, QMessageBox::DestructiveRole));
-    QTRY_COMPARE_WITH_TIMEOUT(Regions().size(), size_t(1), kWaitMs);
-    QTRY_VERIFY_WITH_TIMEOUT(!controller().colors().ShowsOriginal(), kWaitMs);
-    double darker = 0;
-    const FloatArray& sh = *controller().colors().sh();
-    for (size_t i = 0; i < sh.size(); i += stride) darker += double(bright.sh[i] - sh[i]);
-    QVERIFY(darker > 0);
-    controller().Undo();
-    QTRY_VERIFY_WITH_TIMEOUT(controller().colors().ShowsOriginal(), kWaitMs);
-  }
-
   void NothingIsReplacedWithoutAsking() {
     QSettings().remove("output_folder");
     QVERIFY(AddRegion("pot"));

@@ -36,6 +36,7 @@
 #include "viewer/widgets/banner.h"
 #include "viewer/widgets/long_text.h"
 #include "viewer/widgets/path_edit.h"
+#include "viewer/window/color_matching.h"
 #include "viewer/window/exports.h"
 #include "viewer/window/first_steps.h"
 #include "viewer/window/preferences_dialog.h"
@@ -80,6 +81,7 @@ MainWindow::MainWindow(Theme* theme, QWidget* parent) : QMainWindow(parent), the
   BuildCenter();
   const WindowParts parts{controller_, sessions_, current_, selection_, canvas_, videos_, dialogs_};
   exports_ = new Exports(parts, this);
+  matching_ = new ColorMatching(parts, photos_, this);
   files_ = new SceneFiles(parts, exports_, this);
   uncertainty_ = new Uncertainty(controller_, current_, this);
   preview_ = new StrokePreview(controller_, selection_, this);
@@ -241,10 +243,11 @@ void MainWindow::ConnectScene() {
     if (controller_->IsBusy()) message_->setText(controller_->task() + ": " + stage);
   });
   connect(controller_, &SceneController::failed, this,
-          [this](const QString& label, const QString& message) {
+          [this](const QString& label, const QString& message, quint64 task) {
             // The selection mode says what became of its own work itself.
-            if (!IsSelecting()) Complain(label, message);
+            if (!IsSelecting() && !matching_->Explain(task, message)) Complain(label, message);
           });
+  connect(matching_, &ColorMatching::matched, this, &MainWindow::SetCurrentRegion);
   connect(controller_, &SceneController::cancelled, this,
           [this](const QString& label) { Say(tr("%1: cancelled").arg(label)); });
   connect(&controller_->results(), &SceneResults::sceneChecked, this,

@@ -38,6 +38,7 @@ class QToolButton;
 namespace retint {
 
 class Banner;
+class ColorMatching;
 class Exports;
 class PaintVerdict;
 class QualityPanel;
@@ -150,8 +151,6 @@ class MainWindow : public QMainWindow {
   void ShowPreferences();
   void Prefer(const Preferences& preferences);
   void ShowKeys();
-  // Compares all colors with the photos', says what it found, and adds a region if the user agrees.
-  void MatchColors();
   // main_window_panels.cc
   void AddPanels();
   void AddStrip(Qt::DockWidgetArea side);
@@ -172,6 +171,7 @@ class MainWindow : public QMainWindow {
   VideoMaker* videos_;
   Dialogs* dialogs_;
   Exports* exports_;
+  ColorMatching* matching_;
   SceneFiles* files_;
   Uncertainty* uncertainty_;
   StrokePreview* preview_;

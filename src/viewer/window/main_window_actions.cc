@@ -20,8 +20,6 @@
 #include <QUrl>
 
 #include "base/run_clock.h"
-#include "editing/match_scene.h"
-#include "reporting/match_report.h"
 #include "viewer/canvas/canvas_overlays.h"
 #include "viewer/canvas/overlay_color.h"
 #include "viewer/canvas/uncertainty.h"
@@ -30,6 +28,7 @@
 #include "viewer/selection/selection_mode.h"
 #include "viewer/selection/stroke_preview.h"
 #include "viewer/widgets/icon.h"
+#include "viewer/window/color_matching.h"
 #include "viewer/window/exports.h"
 #include "viewer/window/flat_style.h"
 #include "viewer/window/keys_dialog.h"
@@ -162,8 +161,7 @@ void MainWindow::BuildMenus() {
   history_->setObjectName("history");
   connect(history_, &QMenu::aboutToShow, this, &MainWindow::FillHistory);
   add(edit, {"", "selection.enter"});
-  edit->addAction(tr("&Match the photos' colors…"), this, &MainWindow::MatchColors)
-      ->setObjectName("match");
+  edit->addAction(tr("&Match colors…"), matching_, &ColorMatching::Start)->setObjectName("match");
   add(edit, {"", "window.copy_picture", ""});
   edit->addAction(tr("&Preferences…"), this, &MainWindow::ShowPreferences);
   QMenu* view = menuBar()->addMenu(tr("&View"));
@@ -444,35 +442,6 @@ void MainWindow::Prefer(const Preferences& preferences) {
   PreferOnnxRuntime(preferences.onnx_runtime);
   selection_->canvas().SetNetwork(preferences.NetworkName().toStdString());
   ShowCloudOfCurrent();
-}
-
-void MainWindow::MatchColors() {
-  const QString label = tr("Matching colors");
-  const auto found = [this, label](const SceneMatch& match) {
-    const ColorMatch& colors = match.colors;
-    QString text;
-    for (const std::string& line : LinesOf(match)) text += QString::fromStdString(line) + "\n";
-    if (!match.warning.empty()) text += QString::fromStdString(match.warning) + "\n";
-    if (colors.map == MatchMap::kNone) {
-      const QString title = tr("The colors stay as they are");
-      auto* box = new QMessageBox(QMessageBox::Information, title, title, QMessageBox::Close, this);
-      box->setInformativeText(text);
-      return dialogs_->Show(box);
-    }
-    const auto add = [colors](EditSession& session, Monitor& monitor) {
-      return ApplyMatch(session, colors, "match", monitor);
-    };
-    dialogs_->Ask(tr("Match the photos' colors?"), text, tr("&Match"), [=, this] {
-      controller_->Ask(label, add, [this](RegionId id) { SetCurrentRegion(id); });
-    });
-  };
-  controller_->Ask(
-      label,
-      [](EditSession& session, Monitor& monitor) {
-        session.refits().CollectFits();
-        return MatchByRecipe(session, {}, monitor);
-      },
-      found);
 }
 
 // Every edit that is kept, the newest on top; a click goes to the state after it.
