@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The pictures of docs/viewer.md: the window on a synthetic workspace, driven as a user would, dark
 // and light.   screenshots WORKSPACE FOLDER [WIDTH HEIGHT]
-// Of the window's size, 1600 x 1000 where none is given. Run by apps/screenshots.sh.
+// Of the window's size, 1600 x 1000 where none is given. With a size, also its start page, menus
+// and dialogs, for a look by eye. Run by apps/screenshots.sh.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -14,8 +15,11 @@
 #include <QApplication>
 #include <QBuffer>
 #include <QCheckBox>
+#include <QDialog>
 #include <QDir>
 #include <QFile>
+#include <QMenu>
+#include <QMenuBar>
 #include <QPainter>
 #include <QSignalSpy>
 #include <QTemporaryDir>
@@ -39,12 +43,13 @@ constexpr double kMostBytes = 195000, kMostBytesOfPixel = kMostBytes / (1600 * 1
 
 class Photographer {
  public:
-  Photographer(const QString& workspace, const QString& folder, const QSize& size)
-      : workspace_(workspace), folder_(folder), size_(size) {}
+  Photographer(const QString& workspace, const QString& folder, const QSize& size, bool all)
+      : workspace_(workspace), folder_(folder), size_(size), all_(all) {}
 
   bool Run() {
     window_.resize(size_);
     window_.show();
+    if (all_ && !(QTest::qWaitForWindowExposed(&window_) && Shoot("start"))) return false;
     OpenRequest request;
     request.workspace = workspace_.toStdString();
     request.splat = request.workspace / "splat.ply";
@@ -108,6 +113,7 @@ class Photographer {
     if (!Shoot("quality")) return false;
     window_.action("show.split")->trigger();
     if (!ShootModes()) return false;
+    if (all_ && !(ShootMenus() && ShootDialogs())) return false;
     controller.colors().CancelRefit();
     return true;
   }
@@ -151,19 +157,66 @@ class Photographer {
       QTest::qWait(300);
       shots_[mode] = panel->grab().toImage();
     }
+    std::vector<QImage> shots;
+    for (const QString& mode : modes) shots.push_back(shots_[mode]);
+    return Keep(SideBySide(shots), "modes-dark");
+  }
+
+  QImage SideBySide(std::vector<QImage> shots) {
     int width = 0, height = 0;
-    for (const auto& [mode, shot] : shots_)
+    for (QImage& shot : shots) {
+      shot.setDevicePixelRatio(1);
       width += shot.width() + kGap, height = std::max(height, shot.height());
+    }
     QImage all(width + kGap, height + 2 * kGap, QImage::Format_RGB32);
-    all.fill(panel->palette().color(QPalette::Window));
+    all.fill(window_.palette().color(QPalette::Window));
     QPainter painter(&all);
     int x = kGap;
-    for (const QString& mode : modes) {
-      painter.drawImage(x, kGap, shots_[mode]);
-      x += shots_[mode].width() + kGap;
+    for (const QImage& shot : shots) {
+      painter.drawImage(x, kGap, shot);
+      x += shot.width() + kGap;
     }
-    painter.end();
-    return Keep(all, "modes-dark");
+    return all;
+  }
+
+  bool ShootMenus() {
+    std::vector<QImage> shots;
+    for (const QAction* one : window_.menuBar()->actions()) {
+      one->menu()->popup(window_.mapToGlobal(QPoint(40, 40)));
+      QTest::qWait(200);
+      shots.push_back(one->menu()->grab().toImage());
+      one->menu()->close();
+    }
+    return Keep(SideBySide(shots), "menus-dark");
+  }
+
+  bool ShootDialogs() {
+    const auto shoot = [this](QAction* opens, const QString& name) {
+      opens->trigger();
+      QDialog* dialog = nullptr;
+      if (!Wait([&] {
+            for (QDialog* one : window_.findChildren<QDialog*>()) {
+              if (one->isVisible()) dialog = one;
+            }
+            return dialog != nullptr;
+          })) {
+        return false;
+      }
+      QTest::qWait(1000);  // what it measures
+      const QImage picture = dialog->grab().toImage();
+      dialog->reject();
+      QTest::qWait(100);
+      return Keep(picture, "dialog-" + name + "-dark");
+    };
+    const auto named = [this](const QString& text) {
+      const auto actions = window_.findChildren<QAction*>();
+      return *std::ranges::find_if(
+          actions, [&](const QAction* one) { return QString(one->text()).remove('&') == text; });
+    };
+    return shoot(window_.action("file.open"), "open") &&
+           shoot(named("Preferences…"), "preferences") && shoot(named("Turntable…"), "turntable") &&
+           shoot(named("Masks of the current region…"), "masks") &&
+           shoot(window_.action("help.keys"), "keys");
   }
 
   bool Shoot(const QString& name) {
@@ -196,6 +249,7 @@ class Photographer {
 
   QString workspace_, folder_;
   QSize size_;
+  bool all_;
   std::map<QString, QImage> shots_;  // of the modes
   Theme theme_;
   MainWindow window_{&theme_};
@@ -213,7 +267,7 @@ int Main(int argc, char** argv) {
   QCoreApplication::setOrganizationName("retint-screenshots");
   QApplication app(argc, argv);
   QDir().mkpath(argv[2]);
-  return Photographer(argv[1], argv[2], size).Run() ? 0 : 1;
+  return Photographer(argv[1], argv[2], size, argc == 5).Run() ? 0 : 1;
 }
 
 }  // namespace
