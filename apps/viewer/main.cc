@@ -13,7 +13,6 @@
 #include <QTimer>
 
 #include "base/error.h"
-#include "base/memory.h"
 #include "base/option_name.h"
 #include "base/run_clock.h"
 #include "colmap_io/nerfstudio.h"
@@ -153,7 +152,6 @@ StartOptions Resolve(const QCommandLineParser& parser) {
 }
 
 int Main(int argc, char** argv) {
-  GiveLargeBlocksBackAtOnce();
   // Writing beyond a file size limit is an error like a full disk, not a crash.
   std::signal(SIGXFSZ, SIG_IGN);
   QCoreApplication::setApplicationName("retint-viewer");

@@ -22,7 +22,6 @@
 #include <CLI/CLI.hpp>
 
 #include "base/error.h"
-#include "base/memory.h"
 #include "base/stopwatch.h"
 #include "tests/benchmarks/main.h"
 #include "tests/viewer/viewer_scene.h"
@@ -40,7 +39,7 @@ constexpr int kMostInteractions = 5;
 
 // An ellipse about the object in the first view, in shares of the picture: center and radii.
 using Ellipse = std::array<double, 4>;
-const std::map<std::string, Ellipse> kObjects = {{"sample", {0.5, 0.5, 0.1, 0.1}},
+const std::map<std::string, Ellipse> kObjects = {{"sample", {0.632, 0.634, 0.062, 0.083}},
                                                  {"fox", {0.5, 0.4, 0.2, 0.1}}};
 
 struct Flags {
@@ -248,15 +247,16 @@ class Newcomer {
     return true;
   }
 
-  // The object changes while the mouse is down.
+  // The object changes while the mouse is down. To a blue of the same lightness and chroma.
   bool Color() {
     Pause();
-    auto* square = window_->findChild<ColorSquare*>("color_square");
+    auto* hues = window_->findChild<HueStrip*>("hue_strip");
     const QImage original = canvas().frame()->image;
-    const QPointF to(square->width() * 0.9, square->height() * 0.15);
-    if (!Reaches(square, square->rect().center()) || !Reaches(square, to.toPoint())) {
+    const QPointF from(0.2 * hues->width(), hues->height() / 2.0);
+    const QPointF to(0.62 * hues->width(), hues->height() / 2.0);
+    if (!Reaches(hues, from.toPoint()) || !Reaches(hues, to.toPoint())) {
       Shoot("failed");
-      return Fail("the color field is not in sight") == 0;
+      return Fail("the colors are not in sight") == 0;
     }
     double first = 0;
     const Stopwatch clock;
@@ -267,13 +267,13 @@ class Newcomer {
       }
     });
     ++interactions_;
-    DragSlowly(square, {square->rect().center(), to});
+    DragSlowly(hues, {from, to});
     const double dragged = clock.Milliseconds();
     if (!Wait("preview", [&] { return first > 0 && canvas().IsSharp(); })) return false;
     const QImage preview = canvas().frame()->image;
     preview_s_ = Seconds();
     QObject::disconnect(timed);
-    QTest::mouseRelease(square, Qt::LeftButton, {}, to.toPoint());
+    QTest::mouseRelease(hues, Qt::LeftButton, {}, to.toPoint());
     const Stopwatch released;
     Shoot("preview");
     const auto& colors = controller().colors();
@@ -373,7 +373,6 @@ class Newcomer {
 };
 
 int Main(int argc, char** argv) {
-  GiveLargeBlocksBackAtOnce();  // as the editor does
   Flags flags;
   const char* data = std::getenv("RETINT_DATA");
   flags.data = data ? data : RETINT_SOURCE_DIR "/../shared/data";

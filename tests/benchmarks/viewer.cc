@@ -25,7 +25,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include "base/memory.h"
 #include "base/stopwatch.h"
 #include "colmap_io/image_io.h"
 #include "viewer/selection/selection_mode.h"
@@ -345,7 +344,6 @@ class Bench {
 };
 
 int Main(int argc, char** argv) {
-  GiveLargeBlocksBackAtOnce();  // as the editor does
   Flags flags;
   const char* data = std::getenv("RETINT_DATA");
   flags.data = data ? data : RETINT_SOURCE_DIR "/../shared/data";

@@ -325,6 +325,7 @@ SceneController::TaskId SceneController::SelectRound(Round round,
                                     std::move(selection.shares), round.edit, monitor,
                                     std::move(selection.source));
         }
+        ReleaseFreedMemory();  // the stages held several times what remains
       },
       [=, this, done = std::move(done)] {
         Q_EMIT selectedWith(*id, select, project);
