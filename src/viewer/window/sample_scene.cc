@@ -10,7 +10,7 @@
 namespace retint {
 namespace {
 
-constexpr int kWidth = 480, kHeight = 360, kViews = 12;
+constexpr int kWidth = 480, kHeight = 360, kViews = 8;
 
 }  // namespace
 
