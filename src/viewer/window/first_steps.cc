@@ -15,8 +15,8 @@ namespace retint {
 namespace {
 
 constexpr char kSetting[] = "first_steps_done";
-constexpr int kMargin = 12;
-constexpr int kLookMs = 4000;  // time to see the last tick
+constexpr int kMargin = 12, kBelowLabel = 48;  // the canvas names its view in the corner
+constexpr int kLookMs = 4000;                  // time to see the last tick
 
 QString TextOf(int step) {
   switch (step) {
@@ -105,8 +105,8 @@ void FirstSteps::ShowOver(QWidget* area) {
 void FirstSteps::Place() {
   if (!area_) return;
   adjustSize();
-  const QPoint corner = area_->mapTo(parentWidget(), area_->rect().bottomLeft());
-  move(corner + QPoint(kMargin, -kMargin - height()));
+  const QPoint corner = area_->mapTo(parentWidget(), area_->rect().topLeft());
+  move(corner + QPoint(kMargin, kBelowLabel));
   raise();
 }
 

@@ -20,7 +20,8 @@ class FirstSteps : public QFrame {
 
   explicit FirstSteps(QWidget* parent);
 
-  // Shows it at the lower left corner of `area`, a part of its parent; null: hides it.
+  // Shows it at the upper left corner of `area`, a part of its parent, where no banner covers it;
+  // null: hides it.
   void ShowOver(QWidget* area);
 
   // False after all steps were done or the user closed it, also in an earlier run.

@@ -137,6 +137,22 @@ void DrawArrow(QPainter& painter, const QRectF& in, const QColor& color, bool up
   painter.restore();
 }
 
+// On the buttons of a panel's title: a cross closes it, an arrow takes it out of the window.
+void DrawTitleMark(QPainter& painter, const QRectF& in, const QColor& color, bool closes) {
+  constexpr double kHalf = 3.5;
+  const QPointF c = in.center(), down(kHalf, kHalf), up(kHalf, -kHalf);
+  painter.save();
+  painter.setRenderHint(QPainter::Antialiasing);
+  painter.setPen(QPen(color, 1.3, Qt::SolidLine, Qt::RoundCap, Qt::RoundJoin));
+  painter.drawLine(c - up, c + up);
+  if (closes) {
+    painter.drawLine(c - down, c + down);
+  } else {
+    painter.drawPolyline(QPolygonF({c + up - QPointF(5, 0), c + up, c + up + QPointF(0, 5)}));
+  }
+  painter.restore();
+}
+
 void DrawTab(const QStyleOptionTab& tab, QPainter& painter) {
   const bool chosen = Has(tab, QStyle::State_Selected);
   if (!chosen && Has(tab, QStyle::State_MouseOver)) {
@@ -264,6 +280,10 @@ void FlatStyle::drawControl(ControlElement element, const QStyleOption* option, 
         if (widget && widget->objectName() == "qt_toolbar_ext_button") {
           return proxy()->drawItemText(painter, option->rect, Qt::AlignCenter, colors, true,
                                        QStringLiteral("»"), QPalette::ButtonText);
+        }
+        const bool closes = widget && widget->objectName() == "qt_dockwidget_closebutton";
+        if (closes || (widget && widget->objectName() == "qt_dockwidget_floatbutton")) {
+          return DrawTitleMark(*painter, option->rect, colors.color(QPalette::WindowText), closes);
         }
         if (!IsPrimary(*option, widget)) break;
         QStyleOptionToolButton light = *button;

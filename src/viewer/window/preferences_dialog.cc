@@ -14,6 +14,7 @@
 #include <QStyle>
 
 #include "viewer/canvas/overlay_color.h"
+#include "viewer/widgets/icon.h"
 #include "viewer/widgets/path_edit.h"
 
 namespace retint {
@@ -100,8 +101,7 @@ PreferencesDialog::PreferencesDialog(const Preferences& now, QWidget* parent) : 
     edit->setObjectName(name);
     edit->setPlaceholderText(hint);
     edit->setToolTip(tip);
-    auto* choose =
-        edit->addAction(style()->standardIcon(QStyle::SP_DirOpenIcon), QLineEdit::TrailingPosition);
+    auto* choose = edit->addAction(MakeIcon("folder", palette()), QLineEdit::TrailingPosition);
     choose->setToolTip(tr("Choose a file"));
     connect(choose, &QAction::triggered, edit, [this, edit] {
       const QString file = QFileDialog::getOpenFileName(this, tr("Choose a file"), edit->text());
@@ -120,7 +120,7 @@ PreferencesDialog::PreferencesDialog(const Preferences& now, QWidget* parent) : 
   form->addRow(tr("&Theme"), theme);
   form->addRow(tr("&Size of the interface"), scale);
   form->addRow(tr("&Overlay color"), overlay);
-  form->addRow(tr("&Picture while moving"), frame);
+  form->addRow(tr("Longest &picture while moving"), frame);
   form->addRow(automatic);
   form->addRow(tr("Object &network"), network);
   form->addRow(tr("Its &decoder"), decoder);

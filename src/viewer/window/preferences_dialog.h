@@ -15,7 +15,7 @@ struct Preferences {
   int scale = 100;  // of the interface, percent; from the next start
   // For the tool Object, the user's own network: a model, or encoder and decoder of SAM.
   QString network, decoder, onnx_runtime;  // paths; `network` may also be exec:COMMAND
-  int frame_ms = 60;                       // longest time for a picture while the camera moves
+  int frame_ms = 40;                       // longest time for a picture while the camera moves
 
   static Preferences Load();  // from the settings
   void Save() const;

@@ -131,7 +131,7 @@ StartPage::StartPage() {
   auto* lines = new QVBoxLayout(column);
   lines->setContentsMargins(24, 24, 24, 24);
   lines->setSpacing(kGap);
-  lines->addStretch();
+  lines->addStretch(1);
   lines->addWidget(title_);
   lines->addWidget(choices_);
   lines->addWidget(recent_);
