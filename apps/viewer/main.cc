@@ -16,6 +16,7 @@
 #include "base/option_name.h"
 #include "base/run_clock.h"
 #include "colmap_io/nerfstudio.h"
+#include "viewer/window/keep_memory.h"
 #include "viewer/window/main_window.h"
 #include "viewer/window/open_dialog.h"
 #include "viewer/window/preferences_dialog.h"
@@ -152,6 +153,7 @@ StartOptions Resolve(const QCommandLineParser& parser) {
 }
 
 int Main(int argc, char** argv) {
+  KeepSmallBlocks();
   // Writing beyond a file size limit is an error like a full disk, not a crash.
   std::signal(SIGXFSZ, SIG_IGN);
   QCoreApplication::setApplicationName("retint-viewer");

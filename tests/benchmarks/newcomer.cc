@@ -28,6 +28,7 @@
 #include "viewer/panels/color_picker.h"
 #include "viewer/panels/mask_view.h"
 #include "viewer/selection/stroke_preview.h"
+#include "viewer/window/keep_memory.h"
 
 namespace retint {
 namespace {
@@ -40,7 +41,7 @@ constexpr int kMostInteractions = 5;
 // An ellipse about the object in the first view, in shares of the picture: center and radii.
 using Ellipse = std::array<double, 4>;
 const std::map<std::string, Ellipse> kObjects = {{"sample", {0.632, 0.634, 0.062, 0.083}},
-                                                 {"fox", {0.5, 0.4, 0.2, 0.1}}};
+                                                 {"fox", {0.53, 0.41, 0.2, 0.1}}};
 
 struct Flags {
   std::string data, scene = "sample", shots;
@@ -373,6 +374,7 @@ class Newcomer {
 };
 
 int Main(int argc, char** argv) {
+  KeepSmallBlocks();  // as the editor does
   Flags flags;
   const char* data = std::getenv("RETINT_DATA");
   flags.data = data ? data : RETINT_SOURCE_DIR "/../shared/data";

@@ -29,6 +29,7 @@
 #include "colmap_io/image_io.h"
 #include "viewer/selection/selection_mode.h"
 #include "viewer/selection/stroke_preview.h"
+#include "viewer/window/keep_memory.h"
 #include "viewer/window/main_window.h"
 
 namespace retint {
@@ -344,6 +345,7 @@ class Bench {
 };
 
 int Main(int argc, char** argv) {
+  KeepSmallBlocks();  // as the editor does
   Flags flags;
   const char* data = std::getenv("RETINT_DATA");
   flags.data = data ? data : RETINT_SOURCE_DIR "/../shared/data";
