@@ -194,7 +194,7 @@ class Newcomer {
     const int rows = std::max(2, int(std::ceil(2 * b / (1.6 * radius))) + 1);
     for (int row = 0; row < rows; ++row) {
       const double up = -1 + 2.0 * row / (rows - 1);
-      const double side = a * std::sqrt(std::max(0.0, 1 - up * up));
+      const double side = a * std::sqrt(1 - 0.7 * up * up);
       for (const double sign : {row % 2 ? 1.0 : -1.0, row % 2 ? -1.0 : 1.0}) {
         const Eigen::Vector2d at =
             paper.transform().ToWidget({x * mask.width + sign * side, y * mask.height + b * up});
