@@ -23,7 +23,7 @@ class CardMarker : public QWidget {
 
   explicit CardMarker(QWidget* parent = nullptr);
 
-  // Forgets the card. Without a photo, `text` shows.
+  // Forgets the card. `photo`: QImage::Format_RGB32; null: `text` shows instead.
   void SetPhoto(const QImage& photo, const QString& text = {});
   const QImage& photo() const { return photo_; }
   void SetCard(Shape shape, const QPolygonF& corners);
