@@ -22,6 +22,7 @@ class CanvasFixture : public QObject {
     const Eigen::Vector2d at = canvas_->transform().ToWidget({x + 0.5, y + 0.5});
     return {static_cast<int>(std::floor(at.x())), static_cast<int>(std::floor(at.y()))};
   }
+  QString Tool() const { return canvas_->tool().id; }
   int Mask(int x, int y) const { return canvas_->editor().mask()(x, y); }
   size_t Inside() const { return canvas_->editor().CountInside(); }
   void Move(QPoint to, Qt::MouseButton button = Qt::NoButton,

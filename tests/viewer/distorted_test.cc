@@ -265,7 +265,7 @@ class DistortedTest : public DistortedFixture {
       return QTest::qWaitFor([&] { return !paper().IsFinding(); }, kWaitMs) &&
              paper().editor().AnyInside();
     };
-    paper().SetTool(SelectionTool::kSphere);
+    paper().SetTool(FindTool("sphere"));
     DragAlong(&paper(),
               {OnPaper(x + 0.5, y + 0.5), OnPaper(x + 10.5, y + 0.5), OnPaper(x + 20.5, y + 0.5)});
     QVERIFY(found());
@@ -281,15 +281,15 @@ class DistortedTest : public DistortedFixture {
     const double iou = IouOf(paper().editor().mask(), expected);
     QVERIFY2(iou > 0.75, qPrintable(QString::number(iou)));
 
-    for (const SelectionTool tool : {SelectionTool::kWand, SelectionTool::kLike}) {
+    for (const char* tool : {"wand", "like"}) {
       paper().SelectNone();
-      paper().SetTool(tool);
+      paper().SetTool(FindTool(tool));
       QTest::mouseClick(&paper(), Qt::LeftButton, Qt::NoModifier, OnPaper(x + 0.5, y + 0.5));
       QVERIFY(found());
       QVERIFY(paper().editor().mask()(x, y) >= 128);
     }
     paper().SelectNone();
-    paper().SetTool(SelectionTool::kScribble);
+    paper().SetTool(FindTool("scribble"));
     DragAlong(&paper(), {OnPaper(x - 4, y), OnPaper(x, y + 2), OnPaper(x + 5, y)});
     QVERIFY(found());
     QVERIFY(paper().editor().mask()(x, y) >= 128);

@@ -80,7 +80,7 @@ class SelectionCanvasTest : public CanvasFixture {
   void TheEraserErases() {
     Drag({At(20, 15), At(50, 15)});
     Key(Qt::Key_E);
-    QCOMPARE(canvas_->tool(), SelectionTool::kEraser);
+    QCOMPARE(Tool(), QString("eraser"));
     Drag({At(35, 5), At(35, 25)});
     QCOMPARE(Mask(35, 15), 0);
     QCOMPARE(Mask(22, 15), 255);
@@ -88,7 +88,7 @@ class SelectionCanvasTest : public CanvasFixture {
 
   void TheRectangleAndItsModifiers() {
     Key(Qt::Key_R);
-    QCOMPARE(canvas_->tool(), SelectionTool::kRectangle);
+    QCOMPARE(Tool(), QString("rectangle"));
     Drag({At(10, 10), At(30, 30)});
     const size_t first = Inside();
     QVERIFY(first >= 19 * 19 && first <= 21 * 21);
@@ -252,9 +252,9 @@ class SelectionCanvasTest : public CanvasFixture {
     Key(Qt::Key_Escape);
     QTest::mouseRelease(canvas_.get(), Qt::LeftButton, {}, At(40, 40));
     QCOMPARE(Inside(), size_t{0});
-    QCOMPARE(canvas_->tool(), SelectionTool::kLasso);
+    QCOMPARE(Tool(), QString("lasso"));
     Key(Qt::Key_Escape);
-    QCOMPARE(canvas_->tool(), SelectionTool::kBrush);
+    QCOMPARE(Tool(), QString("brush"));
     QCOMPARE(left.count(), 0);
 
     QTest::mousePress(canvas_.get(), Qt::LeftButton, {}, At(10, 10));
@@ -467,7 +467,7 @@ class SelectionCanvasTest : public CanvasFixture {
     auto* lasso = strip.findChild<QAbstractButton*>("toolLasso");
     QVERIFY(lasso);
     QTest::mouseClick(lasso, Qt::LeftButton);
-    QCOMPARE(canvas_->tool(), SelectionTool::kLasso);
+    QCOMPARE(Tool(), QString("lasso"));
     Key(Qt::Key_B);
     QVERIFY(strip.findChild<QAbstractButton*>("toolBrush")->isChecked());
     auto* undo = actions.findChild<QAbstractButton*>("actionUndo");

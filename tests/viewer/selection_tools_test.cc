@@ -62,7 +62,7 @@ class SelectionToolsTest : public CanvasFixture {
 
   void AScribbleFindsTheObject() {
     Key(Qt::Key_S);
-    QCOMPARE(canvas_->tool(), SelectionTool::kScribble);
+    QCOMPARE(Tool(), QString("scribble"));
     Drag({At(40, 40), At(60, 50)});
     QVERIFY(Settled());
     // The border's pixels are all that may be missed: 2 pi 25 of pi 25^2, an eighth, half of them.
@@ -125,7 +125,7 @@ class SelectionToolsTest : public CanvasFixture {
   void AClickAsksTheNetworkOfThePreferences() {
     QSignalSpy missed(canvas_.get(), &SelectionCanvas::notFound);
     Key(Qt::Key_N);
-    QCOMPARE(canvas_->tool(), SelectionTool::kObject);
+    QCOMPARE(Tool(), QString("object"));
     Click(At(kX, kY));
     QCOMPARE(missed.count(), 1);
     QVERIFY2(missed[0][0].toString().contains("Preferences"), qPrintable(missed[0][0].toString()));
@@ -184,7 +184,7 @@ class SelectionToolsTest : public CanvasFixture {
 
   void TheWandStopsAtColorsAndAtSteps() {
     Key(Qt::Key_W);
-    QCOMPARE(canvas_->tool(), SelectionTool::kWand);
+    QCOMPARE(Tool(), QString("wand"));
     Click(At(kX, kY));
     QVERIFY(Settled());
     QVERIFY2(Iou() > 0.97, qPrintable(QString::number(Iou())));
@@ -245,7 +245,7 @@ class SelectionToolsTest : public CanvasFixture {
 
   void TheScissorsFollowTheEdge() {
     Key(Qt::Key_I);
-    QCOMPARE(canvas_->tool(), SelectionTool::kScissors);
+    QCOMPARE(Tool(), QString("scissors"));
     QSignalSpy accepted(canvas_.get(), &SelectionCanvas::acceptRequested);
     // On the disc's border; the square between them is two thirds of it.
     const QPoint corners[] = {At(kX - 24, kY), At(kX, kY - 24), At(kX + 24, kY), At(kX, kY + 24)};
@@ -276,12 +276,12 @@ class SelectionToolsTest : public CanvasFixture {
     QVERIFY(Inside() > 0);
     Key(Qt::Key_Escape);
     QCOMPARE(Inside(), size_t{0});
-    QCOMPARE(canvas_->tool(), SelectionTool::kScissors);
+    QCOMPARE(Tool(), QString("scissors"));
   }
 
   void TheSphereReachesAsFarAsOneDrags() {
     Key(Qt::Key_H);
-    QCOMPARE(canvas_->tool(), SelectionTool::kSphere);
+    QCOMPARE(Tool(), QString("sphere"));
     // 20 pixels at depth 2: the wall at depth 4 is out of reach.
     Drag({At(kX, kY), At(kX + 10, kY), At(kX + 20, kY)});
     QVERIFY(Settled());
@@ -304,7 +304,7 @@ class SelectionToolsTest : public CanvasFixture {
 
   void TheBoxHoldsWhatOneDragsOver() {
     Key(Qt::Key_X);
-    QCOMPARE(canvas_->tool(), SelectionTool::kBox);
+    QCOMPARE(Tool(), QString("box"));
     OutlineOptions options = canvas_->outline();
     options.box_margin = 0;
     canvas_->SetOutline(options);
@@ -345,7 +345,7 @@ class SelectionToolsTest : public CanvasFixture {
 
   void LikeThisColorKeepsOfWhatIsSelected() {
     Key(Qt::Key_K);
-    QCOMPARE(canvas_->tool(), SelectionTool::kLike);
+    QCOMPARE(Tool(), QString("like"));
     Click(At(105, 45));  // nothing is selected: of the whole view
     QVERIFY(Settled());
     QVERIFY(Mask(95, 5) == 255 && Mask(kX, kY) == 0 && Mask(5, 5) == 0);
@@ -364,7 +364,7 @@ class SelectionToolsTest : public CanvasFixture {
     Drag({At(kX - 22, kY - 22), At(kX + 22, kY + 22)});
     const double rough = Iou();
     Key(Qt::Key_F);
-    QCOMPARE(canvas_->tool(), SelectionTool::kRefine);
+    QCOMPARE(Tool(), QString("refine"));
     canvas_->SetBrush({9, 1});
     Drag({At(kX + 22, kY - 24), At(kX + 22, kY + 24)});
     QVERIFY(Settled());

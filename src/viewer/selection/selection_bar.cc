@@ -31,39 +31,6 @@ constexpr int kSteps = 200;  // of a slider
 constexpr int kIcon = 20;
 constexpr int kPlaceWidth = 90;  // pixels
 
-struct ToolEntry {
-  SelectionTool tool;
-  const char* icon;
-  const char* name;
-  const char* tip;
-};
-
-constexpr ToolEntry kTools[] = {
-    {SelectionTool::kBrush, "brush", "Brush", "Brush (B): drag to paint, with Ctrl to erase"},
-    {SelectionTool::kEraser, "eraser", "Eraser", "Eraser (E): drag to erase"},
-    {SelectionTool::kRectangle, "rectangle", "Rectangle",
-     "Rectangle (R): drag from corner to corner"},
-    {SelectionTool::kLasso, "lasso", "Lasso", "Lasso (L): drag around it"},
-    {SelectionTool::kPolygon, "polygon", "Polygon", "Polygon (P): click corner by corner"},
-    {SelectionTool::kScribble, "scribble", "Scribbles",
-     "Scribbles (S): strokes on the object, with Ctrl on what it is not; the outline is found"},
-    {SelectionTool::kObject, "object", "Object",
-     "Object (N): click the object, or drag a rectangle about it; your own network outlines it"},
-    {SelectionTool::kWand, "wand", "Wand",
-     "Magic wand (W): click a surface of one color; it ends at steps and where it turns away"},
-    {SelectionTool::kScissors, "scissors", "Scissors",
-     "Intelligent scissors (I): click along the outline, which follows the edges between clicks"},
-    {SelectionTool::kSphere, "sphere", "Sphere",
-     "Sphere (H): press on the object and drag as far as the sphere reaches"},
-    {SelectionTool::kBox, "box", "Box",
-     "Box (X): drag across the object; the box holds the surface under the cursor"},
-    {SelectionTool::kLike, "like", "Like",
-     "Like this color (K): click a color; of what is selected, what has this color stays"},
-    {SelectionTool::kRefine, "refine", "Refine",
-     "Snap edge (F): drag along the border, which moves to the edges under the brush; Shift+F: "
-     "the whole border"},
-};
-
 const QString kBetweenHints = QStringLiteral("  ·  ");
 
 QSize IconSizeOf(const QWidget& widget) {
@@ -161,15 +128,17 @@ ToolStrip::ToolStrip(SelectionCanvas* canvas, QWidget* parent) : QFrame(parent),
   buttons->setSpacing(2);
   layout_->addWidget(buttons_);
   tools_ = new QButtonGroup(this);
-  for (const ToolEntry& entry : kTools) {
-    QToolButton* button = MakeButton(tr(entry.name), tr(entry.tip));
-    button->setObjectName(QString("tool") + entry.name);
+  for (const SelectionTool& tool : SelectionTools()) {
+    const QString key = QKeySequence(tool.key).toString();
+    QToolButton* button =
+        MakeButton(tr(tool.name), tr("%1 (%2): %3").arg(tr(tool.title), key, tr(tool.tip)));
+    button->setObjectName(QString("tool") + tool.name);
     button->setCheckable(true);
-    tools_->addButton(button, static_cast<int>(entry.tool));
+    tools_->addButton(button, static_cast<int>(tools_->buttons().size()));
     buttons->addWidget(button);
   }
   connect(tools_, &QButtonGroup::idClicked, this, [this](int id) {
-    canvas_->SetTool(static_cast<SelectionTool>(id));
+    canvas_->SetTool(SelectionTools()[size_t(id)]);
     canvas_->setFocus();
   });
   buttons->addWidget(MakeLine());
@@ -222,8 +191,7 @@ ToolStrip::ToolStrip(SelectionCanvas* canvas, QWidget* parent) : QFrame(parent),
     });
   };
   set_outline(tolerance_, [this](OutlineOptions& outline, int value) {
-    const bool like = canvas_->tool() == SelectionTool::kLike;
-    (like ? outline.like : outline.wand.color) = value / 1000.0;
+    canvas_->tool().acts.tolerance(outline) = value / 1000.0;
   });
   set_outline(edge_,
               [](OutlineOptions& outline, int value) { outline.wand.depth = value / 1000.0; });
@@ -238,18 +206,16 @@ ToolStrip::ToolStrip(SelectionCanvas* canvas, QWidget* parent) : QFrame(parent),
 }
 
 void ToolStrip::Show() {
-  const SelectionTool tool = canvas_->tool();
-  tools_->button(static_cast<int>(tool))->setChecked(true);
-  const std::vector<SliderBox*> shown = SlidersOf(tool);
-  for (SliderBox* box : {size_, hardness_, tolerance_, edge_, normal_, margin_}) {
-    if (std::ranges::find(shown, box) == shown.end()) box->hide();
+  const SelectionTool& tool = canvas_->tool();
+  tools_->button(static_cast<int>(&tool - SelectionTools().data()))->setChecked(true);
+  for (QWidget* option : options_) {
+    if (!IsUsed(option)) option->hide();
   }
-  const bool like = tool == SelectionTool::kLike;
-  const OutlineOptions& outline = canvas_->outline();
+  OutlineOptions outline = canvas_->outline();
   const auto per_mille = [](double value) { return static_cast<int>(std::lround(1000 * value)); };
   size_->SetValue(static_cast<int>(std::lround(2 * canvas_->brush().radius)));
   hardness_->SetValue(static_cast<int>(std::lround(100 * canvas_->brush().hardness)));
-  tolerance_->SetValue(per_mille(like ? outline.like : outline.wand.color));
+  if (tool.acts.tolerance) tolerance_->SetValue(per_mille(tool.acts.tolerance(outline)));
   edge_->SetValue(per_mille(outline.wand.depth));
   normal_->SetValue(static_cast<int>(std::lround(outline.wand.normal)));
   margin_->SetValue(static_cast<int>(std::lround(100 * outline.box_margin)));
@@ -257,42 +223,29 @@ void ToolStrip::Show() {
   Fit();
 }
 
-std::vector<SliderBox*> ToolStrip::SlidersOf(SelectionTool tool) const {
-  switch (tool) {
-    case SelectionTool::kBrush:
-    case SelectionTool::kEraser:
-      return {size_, hardness_, opacity_};
-    case SelectionTool::kWand:
-      return {tolerance_, edge_, normal_, opacity_};
-    case SelectionTool::kLike:
-      return {tolerance_, opacity_};
-    case SelectionTool::kBox:
-      return {margin_, opacity_};
-    case SelectionTool::kScribble:
-    case SelectionTool::kRefine:
-      return {size_, opacity_};
-    default:
-      return {opacity_};
+bool ToolStrip::IsUsed(const QWidget* option) const {
+  const std::pair<const QWidget*, unsigned> sliders[] = {
+      {size_, kSizeSlider},  {hardness_, kHardnessSlider}, {tolerance_, kToleranceSlider},
+      {edge_, kDepthSlider}, {normal_, kTurnSlider},       {margin_, kMarginSlider}};
+  for (const auto& [slider, flag] : sliders) {
+    if (option == slider) return (canvas_->tool().acts.sliders & flag) != 0;
   }
+  return true;
 }
 
 void ToolStrip::Fit() {
-  const std::vector<SliderBox*> sliders = SlidersOf(canvas_->tool());
-  const auto is_used = [&](const QWidget* option) {
-    return option == reach_ || std::ranges::find(sliders, option) != sliders.end();
-  };
   const int gap = layout_->spacing();
   const QMargins margins = layout_->contentsMargins();
   int room = width() - margins.left() - margins.right() - buttons_->sizeHint().width();
   int needed = 0;
   for (const QWidget* option : options_) {
-    if (is_used(option)) needed += gap + option->sizeHint().width();
+    if (IsUsed(option)) needed += gap + option->sizeHint().width();
   }
   const bool all = needed <= room;
   if (!all) room -= gap + more_->sizeHint().width();
   int in_row = 1;  // of the layout, after the buttons
   for (QWidget* option : options_) {
-    if (!is_used(option)) {  // in the row or in the list, it is hidden
+    if (!IsUsed(option)) {  // in the row or in the list, it is hidden
       in_row += option->parentWidget() == this;
       continue;
     }
@@ -324,8 +277,9 @@ void ToolStrip::resizeEvent(QResizeEvent* event) {
 }
 
 void ToolStrip::DrawIcons() {
-  for (const ToolEntry& entry : kTools) {
-    tools_->button(static_cast<int>(entry.tool))->setIcon(MakeIcon(entry.icon, palette()));
+  for (QAbstractButton* button : tools_->buttons()) {
+    const SelectionTool& tool = SelectionTools()[size_t(tools_->id(button))];
+    button->setIcon(MakeIcon(tool.id, palette()));
   }
 }
 

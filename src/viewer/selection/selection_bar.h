@@ -25,7 +25,6 @@ namespace retint {
 
 class ReachChoice;
 class SelectionCanvas;
-enum class SelectionTool;
 
 // A number with its label, slider and box; the slider's scale may be logarithmic.
 class SliderBox : public QWidget {
@@ -67,8 +66,7 @@ class ToolStrip : public QFrame {
   // Options for which the row has no room go to the list of the button at its end: the picture
   // stays where it is.
   void Fit();
-  // The sliders of a tool.
-  std::vector<SliderBox*> SlidersOf(SelectionTool tool) const;
+  bool IsUsed(const QWidget* option) const;  // by the current tool
   void DrawIcons();
 
   SelectionCanvas* canvas_;

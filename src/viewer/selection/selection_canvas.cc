@@ -111,16 +111,13 @@ void SelectionCanvas::ChooseOverlayColor() {
 
 // --- Options -----------------------------------------------------------------------------------
 
-void SelectionCanvas::SetTool(SelectionTool tool) {
-  if (tool == tool_) return;
+void SelectionCanvas::SetTool(const SelectionTool& tool) {
+  if (&tool == tool_) return;
   // A finished drawing is still searched for.
   if (drawing_ || tuning_ || editor_.InStroke()) CancelDrawing();
   // Scribbles correct the result of a network, and points for a network complete scribbles.
-  const auto completes = [](SelectionTool one) {
-    return one == SelectionTool::kScribble || one == SelectionTool::kObject;
-  };
-  if (!completes(tool) || !completes(tool_)) ForgetScribbles();
-  tool_ = tool;
+  if (!tool.acts.keeps_strokes || !acts().keeps_strokes) ForgetScribbles();
+  tool_ = &tool;
   UpdateCursor();
   UpdateBrushOutline();
   Q_EMIT optionsChanged();
@@ -216,7 +213,7 @@ bool SelectionCanvas::CancelDrawing() {
   std::erase_if(scribbles_, [](const Scribble& scribble) { return !scribble.found; });
   const uint64_t gesture = tuning_ ? tuning_->gesture : drawing_ ? drawing_->gesture : 0;
   if (tuning_) {
-    (tool_ == SelectionTool::kLike ? outline_.like : outline_.wand.color) = tuning_->tolerance;
+    acts().tolerance(outline_) = tuning_->tolerance;
     Q_EMIT optionsChanged();
   }
   tuning_.reset();
@@ -231,33 +228,12 @@ bool SelectionCanvas::CancelDrawing() {
 
 // --- Drawing -----------------------------------------------------------------------------------
 
-Combine SelectionCanvas::CombineFor(Qt::KeyboardModifiers modifiers) const {
-  if (tool_ == SelectionTool::kEraser) return Combine::kRemove;
-  const bool shift = modifiers.testFlag(Qt::ShiftModifier);
-  const bool control = modifiers.testFlag(Qt::ControlModifier);
-  if (shift && control) return Combine::kIntersect;
-  if (control) return Combine::kRemove;
-  if (shift || tool_ == SelectionTool::kBrush) return Combine::kAdd;
-  // Within the selection, if there is one.
-  if (tool_ == SelectionTool::kLike && editor_.AnyInside()) return Combine::kIntersect;
-  return Combine::kReplace;
-}
-
 Eigen::Vector2d SelectionCanvas::ImageAt(const QPointF& widget) const {
   return transform_.ToImage(ToEigen(widget));
 }
 
-bool SelectionCanvas::HasTip() const {
-  return IsBrush() || IsScribble() || tool_ == SelectionTool::kRefine;
-}
-
-bool SelectionCanvas::HasCorners() const {
-  return drawing_ &&
-         (drawing_->tool == SelectionTool::kPolygon || drawing_->tool == SelectionTool::kScissors);
-}
-
 void SelectionCanvas::Press(const Eigen::Vector2d& at, Qt::KeyboardModifiers modifiers) {
-  const Combine combine = CombineFor(modifiers);
+  const Combine combine = acts().combine(modifiers, editor_);
   if (IsBrush()) {
     Edited(editor_.BeginStroke(at, brush_, combine));
     return;
@@ -271,17 +247,15 @@ void SelectionCanvas::Press(const Eigen::Vector2d& at, Qt::KeyboardModifiers mod
     }
     drawing_->points.push_back(at);  // follows the cursor
     FindDrawn();
-  } else if (tool_ == SelectionTool::kWand || tool_ == SelectionTool::kLike) {
-    const double tolerance = tool_ == SelectionTool::kLike ? outline_.like : outline_.wand.color;
-    tuning_ = Tuning{combine, at, *cursor_, tolerance, ++gesture_};
+  } else if (const QString why = acts().refuse ? acts().refuse(*this, at) : QString();
+             !why.isEmpty()) {
+    NotFound(why);
+    return;
+  } else if (acts().gesture == Gesture::kTune) {
+    tuning_ = Tuning{combine, at, *cursor_, acts().tolerance(outline_), ++gesture_};
     Tune(*cursor_);
-  } else if (tool_ == SelectionTool::kSphere && !SurfaceAt(at)) {
-    NotFound(tr("There is no surface here: press on the object"));
-    return;
-  } else if (tool_ == SelectionTool::kObject && !HasNetwork()) {
-    return;
   } else {
-    drawing_ = Drawing{tool_, combine, {at, at}, ++gesture_};
+    drawing_ = Drawing{combine, {at, at}, ++gesture_};
   }
   Q_EMIT hintChanged();
   update();
@@ -291,31 +265,9 @@ void SelectionCanvas::Press(const Eigen::Vector2d& at, Qt::KeyboardModifiers mod
 void SelectionCanvas::FinishDrawing() {
   if (!drawing_) return;
   if (HasCorners()) drawing_->points.pop_back();
-  if (drawing_->tool == SelectionTool::kScissors && drawing_->points.size() < 3) {
-    CancelDrawing();
-    NotFound(tr("An outline needs three points at least"));
-    return;
-  }
   const Drawing drawing = *std::exchange(drawing_, std::nullopt);
   update();
-  switch (drawing.tool) {
-    case SelectionTool::kRectangle:
-      Edited(editor_.FillRectangle(drawing.points.front(), drawing.points.back(), drawing.combine));
-      break;
-    case SelectionTool::kLasso:
-    case SelectionTool::kPolygon:
-      Edited(editor_.FillPolygon(drawing.points, drawing.combine));
-      break;
-    case SelectionTool::kScribble:
-    case SelectionTool::kObject:
-      AddScribble(drawing);
-      break;
-    case SelectionTool::kRefine:
-      FindRefined(drawing.points);
-      break;
-    default:  // found during the drawing
-      break;
-  }
+  if (acts().finish) acts().finish(*this, drawing);
   Q_EMIT hintChanged();
 }
 
@@ -349,10 +301,7 @@ void SelectionCanvas::mouseMoveEvent(QMouseEvent* event) {
   } else if (tuning_) {
     Tune(event->position());
   } else if (drawing_) {
-    const bool corner = HasCorners() || drawing_->tool == SelectionTool::kRectangle ||
-                        drawing_->tool == SelectionTool::kObject ||
-                        drawing_->tool == SelectionTool::kSphere;
-    if (corner) {
+    if (acts().gesture != Gesture::kPath) {
       drawing_->points.back() = at;
     } else if ((drawing_->points.back() - at).norm() * transform_.scale >= 1) {
       drawing_->points.push_back(at);
@@ -462,8 +411,8 @@ bool SelectionCanvas::HandleKey(const QKeyEvent& event) {
     case SelectionAct::kLeave:
       // Leaves the drawing, then the tool, then the mode.
       if (CancelDrawing()) break;
-      if (paintable_ && tool_ != SelectionTool::kBrush) {
-        SetTool(SelectionTool::kBrush);
+      if (paintable_ && tool_ != &SelectionTools().front()) {
+        SetTool(SelectionTools().front());
       } else {
         Q_EMIT leaveRequested();
       }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The frozen view as an image editor: mouse and keys for a MaskEditor, zoom and pan, brush outline,
 // overlay. It does not know scenes: it gets a picture, its layers and a mask; editor() has the
-// result. Slow searches run on another thread, and show their results when ready.
+// result. Nor does it know tools: it carries out ToolActs. Slow searches run on another thread, and
+// show their results when ready.
 #pragma once
 
 #include <memory>
@@ -54,8 +55,8 @@ class SelectionCanvas : public QWidget {
   // outside must call it.
   void Edited(const GridRect& changed);
 
-  SelectionTool tool() const { return tool_; }
-  void SetTool(SelectionTool tool);
+  const SelectionTool& tool() const { return *tool_; }
+  void SetTool(const SelectionTool& tool);  // of SelectionTools()
   // The brush of the current tool: scribbles have their own.
   const BrushOptions& brush() const { return IsScribble() ? outline_.scribble : brush_; }
   void SetBrush(const BrushOptions& brush);
@@ -66,7 +67,6 @@ class SelectionCanvas : public QWidget {
   // MaskNetwork::Identity() of the newest network whose outline was taken since SetView(), also
   // where strokes changed it later; empty if none was, or all was undone.
   std::string outlined_by() const { return editor_.CanUndo() ? outlined_by_ : std::string(); }
-  bool HasTip() const;  // the tool paints with brush()
   double overlay_opacity() const { return style_.opacity; }
   void SetOverlayOpacity(double opacity);
   const QColor& overlay_color() const { return style_.color; }
@@ -91,6 +91,16 @@ class SelectionCanvas : public QWidget {
   QString Hint() const;  // the next step; "  ·  " separates parts that may be left out
   // Ends the current drawing without a change; false if there is none.
   bool CancelDrawing();
+
+  // For tools.
+  const ViewLayers& layers() const { return *layers_; }
+  size_t NumCorners() const { return HasCorners() ? drawing_->points.size() - 1 : 0; }
+  const std::vector<Scribble>& scribbles() const { return scribbles_; }
+  void AddStroke(const Drawing& drawing);                        // to them
+  void RefineAlong(const std::vector<Eigen::Vector2d>& stroke);  // empty: the whole border
+  QString NetworkProblem();  // why there is no network; made on first use
+  void NotFound(const QString& why);
+
   // Whether this key (with these modifiers) has a meaning here. HandleKey() executes it.
   bool WantsKey(const QKeyEvent& event) const;
   bool HandleKey(const QKeyEvent& event);
@@ -121,26 +131,21 @@ class SelectionCanvas : public QWidget {
   void focusOutEvent(QFocusEvent* event) override;
 
  private:
-  bool IsBrush() const { return tool_ == SelectionTool::kBrush || tool_ == SelectionTool::kEraser; }
-  bool IsScribble() const { return tool_ == SelectionTool::kScribble; }
-  bool HasCorners() const;  // the drawing is a list of corners
-  Combine CombineFor(Qt::KeyboardModifiers modifiers) const;
+  const ToolActs& acts() const { return tool_->acts; }
+  bool IsBrush() const { return acts().gesture == Gesture::kBrush; }
+  bool IsScribble() const { return acts().has_tip && acts().keeps_strokes; }
+  bool HasCorners() const { return drawing_ && acts().gesture == Gesture::kCorners; }
   void Press(const Eigen::Vector2d& at, Qt::KeyboardModifiers modifiers);
   void FinishDrawing();
   void Changed(const GridRect& changed);
   // selection_canvas_outline.cc
   void Find(uint64_t gesture, Combine combine, OutlineFinder::Work work);
-  void NotFound(const QString& why);
   void Tune(const QPointF& cursor);
   void FindDrawn();  // finds the outline of the drawing so far
   void FindScribbled();
-  void FindRefined(const std::vector<Eigen::Vector2d>& stroke);  // empty: everywhere
-  void AddScribble(const Drawing& drawing);
-  bool HasNetwork();  // makes it on first use; emits the reason if it fails
   void UndoScribble();
   void RedoScribble();
   void ForgetScribbles();
-  std::optional<Eigen::Vector3d> SurfaceAt(const Eigen::Vector2d& at) const;  // in the world
   void UpdateCursor();
   void UpdateBrushOutline();
   void ZoomTo(const QPointF& at, double scale);
@@ -159,7 +164,7 @@ class SelectionCanvas : public QWidget {
   bool ready_ = false, paintable_ = true;
   ImageTransform transform_;
   bool fitted_ = true;  // follows the widget's size
-  SelectionTool tool_ = SelectionTool::kBrush;
+  const SelectionTool* tool_ = &SelectionTools().front();
   BrushOptions brush_;
   OutlineOptions outline_;
   OverlayStyle style_;

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <utility>
 
-#include <QLineF>
 #include <QPaintEvent>
 #include <QPainter>
 #include <QPolygonF>
 
 #include "viewer/canvas/contrast.h"
+#include "viewer/selection/drawing_paint.h"
 #include "viewer/selection/selection_canvas.h"
 
 namespace retint {
@@ -18,33 +18,6 @@ namespace {
 constexpr double kLeastOutline = 3;  // widget pixels; a smaller brush is a cross
 
 QPointF ToPoint(const Eigen::Vector2d& point) { return {point.x(), point.y()}; }
-
-// Dark and light side by side: visible on any picture.
-void Contrasted(QPainter& painter, const auto& draw) {
-  painter.setPen(QPen(QColor(0, 0, 0, 200), 3));
-  draw();
-  painter.setPen(QPen(Qt::white, 1));
-  draw();
-}
-
-// A stroke inside or outside the object, with a sign, so that color is not the only signal.
-void PaintStroke(QPainter& painter, const QPolygonF& line, double width, bool outside) {
-  const QColor color = outside ? QColor(230, 60, 50) : QColor(40, 190, 90);
-  painter.setBrush(Qt::NoBrush);
-  for (const auto& [pen, by] : {std::pair{QColor(0, 0, 0, 200), 2.0}, std::pair{color, 0.0}}) {
-    painter.setPen(
-        QPen(pen, std::max(2.0, width) + by, Qt::SolidLine, Qt::RoundCap, Qt::RoundJoin));
-    painter.drawPolyline(line);
-  }
-  const QPointF at = line.first();
-  constexpr double kDisc = 7, kSide = 4;
-  painter.setPen(QPen(Qt::black, 1));
-  painter.setBrush(color);
-  painter.drawEllipse(at, kDisc, kDisc);
-  painter.setPen(QPen(Qt::white, 2));
-  painter.drawLine(at - QPointF(kSide, 0), at + QPointF(kSide, 0));
-  if (!outside) painter.drawLine(at - QPointF(0, kSide), at + QPointF(0, kSide));
-}
 
 }  // namespace
 
@@ -100,43 +73,13 @@ void SelectionCanvas::PaintDrawing(QPainter& painter) const {
   QPolygonF outline;
   for (const auto& point : drawing_->points) outline << ToPoint(transform_.ToWidget(point));
   painter.setBrush(Qt::NoBrush);
-  switch (drawing_->tool) {
-    case SelectionTool::kRectangle:
-    case SelectionTool::kObject:
-      Contrasted(painter,
-                 [&] { painter.drawRect(QRectF(outline.first(), outline.last()).normalized()); });
-      return;
-    case SelectionTool::kScribble:
-      PaintStroke(painter, outline, 2 * outline_.scribble.radius * transform_.scale,
-                  drawing_->combine == Combine::kRemove);
-      return;
-    case SelectionTool::kRefine:
-      painter.setPen(QPen(QColor(255, 255, 255, 90), 2 * brush_.radius * transform_.scale,
-                          Qt::SolidLine, Qt::RoundCap, Qt::RoundJoin));
-      painter.drawPolyline(outline);
-      return;
-    case SelectionTool::kSphere: {
-      const double radius = QLineF(outline.first(), outline.last()).length();
-      Contrasted(painter, [&] {
-        painter.drawEllipse(outline.first(), radius, radius);
-        painter.drawLine(outline.first(), outline.last());
-      });
-      return;
-    }
-    default:
-      break;
-  }
-  if (HasCorners()) {
-    // Between corners, the border of the selection shows the path of the scissors.
-    if (drawing_->tool == SelectionTool::kScissors && outline.size() > 3) {
-      Contrasted(painter, [&] { painter.drawLine(outline[outline.size() - 2], outline.last()); });
-    } else {
-      Contrasted(painter, [&] { painter.drawPolyline(outline); });
-    }
+  if (acts().paint) {
+    const double tip = 2 * brush().radius * transform_.scale;
+    acts().paint(painter, outline, tip, drawing_->combine == Combine::kRemove);
   } else {
-    Contrasted(painter, [&] { painter.drawPolyline(outline); });
-    return;
+    PaintLine(painter, outline);
   }
+  if (!HasCorners()) return;
   painter.setPen(QPen(Qt::black, 1));
   for (int i = 0; i + 1 < outline.size(); ++i) {
     painter.setBrush(i == 0 ? QColor(90, 200, 255) : QColor(Qt::white));
@@ -150,12 +93,10 @@ void SelectionCanvas::PaintScribbles(QPainter& painter) const {
     QPolygonF line;
     for (const auto& point : scribble.points) line << ToPoint(transform_.ToWidget(point));
     if (scribble.object && line.size() > 1) {
-      painter.setBrush(Qt::NoBrush);
-      Contrasted(painter,
-                 [&] { painter.drawRect(QRectF(line.first(), line.last()).normalized()); });
-      continue;
+      PaintRectangle(painter, line);
+    } else {
+      PaintStroke(painter, line, scribble.width * transform_.scale, scribble.outside);
     }
-    PaintStroke(painter, line, scribble.width * transform_.scale, scribble.outside);
   }
 }
 
@@ -163,8 +104,8 @@ void SelectionCanvas::PaintBrush(QPainter& painter) const {
   if (!cursor_ || pan_from_ || space_ || !paintable_) return;
   painter.setBrush(Qt::NoBrush);
   const double radius = brush().radius * transform_.scale;
-  if (HasTip()) {
-    Contrasted(painter, [&] {
+  if (acts().has_tip) {
+    PaintContrasted(painter, [&] {
       if (radius >= kLeastOutline) painter.drawEllipse(*cursor_, radius, radius);
     });
     const double core = radius * brush_.hardness;
@@ -174,12 +115,11 @@ void SelectionCanvas::PaintBrush(QPainter& painter) const {
     }
   }
   // The effect of the stroke beside the cursor: + adds, - removes, x intersects.
-  const Combine combine = CombineFor(modifiers_);
+  const Combine combine = acts().combine(modifiers_, editor_);
   if (combine == Combine::kReplace || (IsBrush() && combine == Combine::kAdd)) return;
-  if (tool_ == SelectionTool::kRefine) return;
   const double side = 4;
   const QPointF at = *cursor_ + QPointF(13, 13);
-  Contrasted(painter, [&] {
+  PaintContrasted(painter, [&] {
     if (combine == Combine::kIntersect) {
       painter.drawLine(at + QPointF(-side, -side), at + QPointF(side, side));
       painter.drawLine(at + QPointF(-side, side), at + QPointF(side, -side));
@@ -193,7 +133,8 @@ void SelectionCanvas::PaintBrush(QPainter& painter) const {
 void SelectionCanvas::UpdateBrushOutline() {
   QRect now;
   if (cursor_) {
-    const double reach = std::max(24.0, (HasTip() ? brush().radius * transform_.scale : 0.0) + 4);
+    const double tip = acts().has_tip ? brush().radius * transform_.scale : 0;
+    const double reach = std::max(24.0, tip + 4);
     now = QRectF(cursor_->x() - reach, cursor_->y() - reach, 2 * reach, 2 * reach).toAlignedRect();
   }
   update(brush_rect_);

@@ -6,13 +6,21 @@
 namespace retint {
 namespace {
 
-template <SelectionTool kTool>
-void Choose(SelectionCanvas& canvas) {
-  canvas.SetTool(kTool);
-}
-
 void ChangeOpacity(SelectionCanvas& canvas, double by) {
   canvas.SetOverlayOpacity(canvas.overlay_opacity() + by);
+}
+
+// The keys that choose a tool, then `others`.
+std::vector<SelectionKey> AfterTools(const std::vector<SelectionKey>& others) {
+  std::vector<SelectionKey> keys;
+  for (const SelectionTool& tool : SelectionTools()) {
+    const auto choose = [&tool](SelectionCanvas& canvas) { canvas.SetTool(tool); };
+    for (const Qt::Key key : {tool.key, tool.other}) {
+      if (key) keys.push_back({key, Qt::NoModifier, SelectionAct::kRun, choose, tool.listed});
+    }
+  }
+  keys.insert(keys.end(), others.begin(), others.end());
+  return keys;
 }
 
 }  // namespace
@@ -22,27 +30,7 @@ const std::vector<SelectionKey>& SelectionKeys() {
   constexpr auto kNone = Qt::NoModifier;
   constexpr auto kShift = Qt::ShiftModifier;
   constexpr auto kControl = Qt::ControlModifier;
-  constexpr const char* kWandText = "Magic wand: a surface of one color";
-  static const std::vector<SelectionKey> keys = {
-      {Qt::Key_B, kNone, kRun, Choose<SelectionTool::kBrush>, "Brush"},
-      {Qt::Key_E, kNone, kRun, Choose<SelectionTool::kEraser>, "Eraser"},
-      {Qt::Key_R, kNone, kRun, Choose<SelectionTool::kRectangle>, "Rectangle"},
-      {Qt::Key_L, kNone, kRun, Choose<SelectionTool::kLasso>, "Lasso"},
-      {Qt::Key_P, kNone, kRun, Choose<SelectionTool::kPolygon>, "Polygon"},
-      {Qt::Key_S, kNone, kRun, Choose<SelectionTool::kScribble>,
-       "Scribbles: strokes on the object, with Ctrl beside it"},
-      {Qt::Key_N, kNone, kRun, Choose<SelectionTool::kObject>,
-       "Object: click it, or drag a rectangle about it; your own network outlines it"},
-      {Qt::Key_W, kNone, kRun, Choose<SelectionTool::kWand>, kWandText},
-      {Qt::Key_O, kNone, kRun, Choose<SelectionTool::kWand>, kWandText},
-      {Qt::Key_I, kNone, kRun, Choose<SelectionTool::kScissors>,
-       "Intelligent scissors: click along the outline"},
-      {Qt::Key_H, kNone, kRun, Choose<SelectionTool::kSphere>, "Sphere about a point of a surface"},
-      {Qt::Key_X, kNone, kRun, Choose<SelectionTool::kBox>, "Box about the surface dragged over"},
-      {Qt::Key_K, kNone, kRun, Choose<SelectionTool::kLike>,
-       "Like this color: of what is selected, what has a color"},
-      {Qt::Key_F, kNone, kRun, Choose<SelectionTool::kRefine>,
-       "Snap edge: the border under the brush moves to the edges"},
+  static const std::vector<SelectionKey> keys = AfterTools({
       {Qt::Key_F, kShift, kRun, [](SelectionCanvas& c) { c.RefineBorder(); },
        "Refine the whole border, within the brush's radius"},
       {Qt::Key_BracketLeft, kNone, kRun, [](SelectionCanvas& c) { c.ScaleBrush(-1); },
@@ -70,7 +58,7 @@ const std::vector<SelectionKey>& SelectionKeys() {
       {Qt::Key_Return, kNone, kAccept, nullptr, "Close the outline, else accept"},
       {Qt::Key_Enter, kNone, kAccept, nullptr, "Close the outline, else accept"},
       {Qt::Key_Escape, kNone, kLeave, nullptr, "Give up what is drawn, then the tool, then leave"},
-  };
+  });
   return keys;
 }
 

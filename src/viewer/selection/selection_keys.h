@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The keys of selection mode, the same in every profile: a table of their actions, and of their
-// descriptions in the list of keys.
+// The keys of selection mode: a table of their actions, and of their descriptions in the list of
+// keys. Those of the tools come from SelectionTools().
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include <QKeyEvent>
@@ -24,8 +25,8 @@ struct SelectionKey {
   int key;
   Qt::KeyboardModifiers modifiers;
   SelectionAct act;
-  void (*run)(SelectionCanvas& canvas);  // null except for kRun
-  const char* what;                      // keys with the same meaning have the same text
+  std::function<void(SelectionCanvas&)> run;  // empty except for kRun
+  const char* what;                           // keys with the same meaning have the same text
 };
 
 // In the order of the key list.
