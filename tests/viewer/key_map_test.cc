@@ -10,6 +10,7 @@
 
 #include "viewer/selection/selection_keys.h"
 #include "viewer/window/keys_dialog.h"
+#include "viewer/window/panel_table.h"
 
 namespace retint {
 namespace {
@@ -30,12 +31,17 @@ TEST(KeyMap, NoTwoCommandsShareAKey) {
       }
     }
   }
+  for (const WindowPanel& panel : WindowPanels()) {
+    for (const KeyContext context : {KeyContext::kAlways, KeyContext::kExplore}) {
+      EXPECT_TRUE(seen.emplace(panel.Keys().front().toString(), context).second) << panel.id;
+    }
+  }
 }
 
 // "Window: Full screen: F11", in the order of the guide's table.
 std::vector<std::string> GuideRows() {
   std::vector<std::string> rows;
-  std::ifstream text(std::string(RETINT_SOURCE_DIR) + "/docs/viewer-keys.md");
+  std::ifstream text(RETINT_SOURCE_DIR "/docs/viewer-keys.md");
   std::string line, group;
   while (std::getline(text, line)) {
     const QStringList cells = QString::fromStdString(line).split(" | ");

@@ -58,12 +58,6 @@ const std::vector<Command>& Commands() {
       {"file.export_splat", "File", "Export the splat", kAlways, false, "Ctrl+E"},
       {"file.close", "File", "Close the scene", kAlways, false, "Ctrl+W"},
       {"file.quit", "File", "Quit", kAlways, false, "Ctrl+Q"},
-      {"panel.regions", "Window", "Go to the Regions panel", kAlways, false, "Alt+1"},
-      {"panel.optimizer", "Window", "Go to the Optimizer panel", kAlways, false, "Alt+2"},
-      {"panel.quality", "Window", "Go to the Quality panel", kAlways, false, "Alt+3"},
-      {"panel.views", "Window", "Go to the Views panel", kAlways, false, "Alt+4"},
-      {"panel.scene", "Window", "Go to the Scene panel", kAlways, false, "Alt+5"},
-      {"panel.selection", "Window", "Go to the Selection panel", kAlways, false, "Alt+6"},
       {"window.panels", "Window", "Hide or show the panels", kAlways, false, "Tab"},
       {"window.screenshot", "Window", "Save a screenshot", kAlways, false, "F2"},
       {"window.copy_picture", "Window", "Copy the picture", kExplore, false, "Ctrl+Shift+C"},
@@ -90,11 +84,13 @@ QList<QKeySequence> KeysOf(std::string_view id) {
   return keys;
 }
 
-QString KeyText(std::string_view command) {
+QString KeyText(const QList<QKeySequence>& keys) {
   QStringList texts;
-  for (const QKeySequence& key : KeysOf(command)) texts << key.toString(QKeySequence::NativeText);
+  for (const QKeySequence& key : keys) texts << key.toString(QKeySequence::NativeText);
   return texts.join(", ");
 }
+
+QString KeyText(std::string_view command) { return KeyText(KeysOf(command)); }
 
 QString MouseText(MouseGesture gesture) {
   QStringList texts;

@@ -24,7 +24,7 @@ struct Command {
   const char* keys;  // in Qt's notation: "Ctrl+Shift+Z, Ctrl+Y"
 };
 
-// All commands, in the order of the key list.
+// All commands but the panels' (viewer/window/panel_table.h), in the order of the key list.
 const std::vector<Command>& Commands();
 const Command* FindCommand(std::string_view id);
 
@@ -33,6 +33,7 @@ enum class MouseGesture { kOrbit, kPan, kZoom, kLook };
 
 QList<QKeySequence> KeysOf(std::string_view command);
 // "F, Home", in the notation of the user's system.
+QString KeyText(const QList<QKeySequence>& keys);
 QString KeyText(std::string_view command);
 // "right drag, Shift+left drag".
 QString MouseText(MouseGesture gesture);

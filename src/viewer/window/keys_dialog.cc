@@ -9,6 +9,7 @@
 
 #include "viewer/selection/selection_keys.h"
 #include "viewer/widgets/key_map.h"
+#include "viewer/window/panel_table.h"
 
 namespace retint {
 namespace {
@@ -60,6 +61,11 @@ std::vector<KeyRow> KeyRows() {
   mouse("Look around", MouseText(MouseGesture::kLook));
   mouse("Look at it; go to a camera's view", "double-click");
   for (const Command& command : Commands()) {
+    if (std::string_view(command.id) == "window.panels") {
+      for (const WindowPanel& panel : WindowPanels()) {
+        rows.push_back({command.group, panel.Aim(), KeyText(panel.Keys())});
+      }
+    }
     rows.push_back({command.group, command.title, KeyText(command.id)});
     if (std::string_view(command.id) == "fly.up") {
       rows.push_back({command.group, "Ten times faster, slower", "hold Shift, Alt"});

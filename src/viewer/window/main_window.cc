@@ -79,16 +79,18 @@ MainWindow::MainWindow(Theme* theme, QWidget* parent) : QMainWindow(parent), the
   sessions_->SetViewState([this] { return canvas_->CameraState(); });
   dialogs_ = new Dialogs(this);
   BuildCenter();
-  const WindowParts parts{controller_, sessions_, current_, selection_, canvas_, videos_, dialogs_};
+  uncertainty_ = new Uncertainty(controller_, current_, this);
+  preview_ = new StrokePreview(controller_, selection_, this);
+  const WindowParts parts{controller_, sessions_,    current_, selection_, canvas_,
+                          photos_,     uncertainty_, preview_, videos_,    dialogs_};
   exports_ = new Exports(parts, this);
   matching_ = new ColorMatching(parts, photos_, this);
   files_ = new SceneFiles(parts, exports_, this);
-  uncertainty_ = new Uncertainty(controller_, current_, this);
-  preview_ = new StrokePreview(controller_, selection_, this);
   BuildStatusBar();
   BuildActions();
   BuildMenus();
-  AddPanels();
+  AddPanels(parts);
+  ConnectPanels();
   ConnectScene();
   ConnectView();
   ConnectSelection();

@@ -52,6 +52,7 @@ class Uncertainty;
 class VideoMaker;
 class ViewsPanel;
 struct Preferences;
+struct WindowParts;
 
 class MainWindow : public QMainWindow {
   Q_OBJECT
@@ -136,6 +137,8 @@ class MainWindow : public QMainWindow {
   void BuildActions();
   QAction* MakeAction(const char* command, const QString& text, std::function<void()> act,
                       bool checkable = false);
+  QAction* AddCommand(const std::string& id, const QString& text, const QString& title,
+                      const QList<QKeySequence>& keys, std::function<void()> act);
   void BuildMenus();
   void BuildToolBar();
   void BuildOverlays();  // of the canvas
@@ -152,7 +155,8 @@ class MainWindow : public QMainWindow {
   void Prefer(const Preferences& preferences);
   void ShowKeys();
   // main_window_panels.cc
-  void AddPanels();
+  void AddPanels(const WindowParts& parts);
+  void ConnectPanels();
   void AddStrip(Qt::DockWidgetArea side);
   void ShowStrips();
   void UnfoldSides();  // of a first window, if the picture keeps the most of it

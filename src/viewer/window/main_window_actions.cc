@@ -52,15 +52,21 @@ QString GuideFile() {
 
 QAction* MainWindow::MakeAction(const char* command, const QString& text, std::function<void()> act,
                                 bool checkable) {
-  auto* action = new QAction(text, this);
-  action->setObjectName(command);
+  QAction* action =
+      AddCommand(command, text, tr(FindCommand(command)->title), KeysOf(command), std::move(act));
   action->setCheckable(checkable);
-  action->setShortcuts(KeysOf(command));
-  const QString keys = KeyText(command);
-  action->setToolTip(tr(FindCommand(command)->title) + (keys.isEmpty() ? "" : " (" + keys + ")"));
+  return action;
+}
+
+QAction* MainWindow::AddCommand(const std::string& id, const QString& text, const QString& title,
+                                const QList<QKeySequence>& keys, std::function<void()> act) {
+  auto* action = new QAction(text, this);
+  action->setObjectName(QString::fromStdString(id));
+  action->setShortcuts(keys);
+  action->setToolTip(title + (keys.isEmpty() ? "" : " (" + KeyText(keys) + ")"));
   connect(action, &QAction::triggered, this, [act = std::move(act)] { act(); });
   addAction(action);
-  actions_.emplace(command, action);
+  actions_.emplace(id, action);
   return action;
 }
 

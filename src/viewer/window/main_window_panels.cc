@@ -19,11 +19,8 @@
 #include <QToolBar>
 
 #include "viewer/panels/edit_panel.h"
-#include "viewer/panels/optimizer_panel.h"
 #include "viewer/panels/quality_panel.h"
 #include "viewer/panels/regions_panel.h"
-#include "viewer/panels/scene_panel.h"
-#include "viewer/panels/selection_panel.h"
 #include "viewer/panels/views_panel.h"
 #include "viewer/scene/view_editor.h"
 #include "viewer/widgets/banner.h"
@@ -31,6 +28,7 @@
 #include "viewer/widgets/side_strip.h"
 #include "viewer/window/exports.h"
 #include "viewer/window/main_window.h"
+#include "viewer/window/panel_table.h"
 
 namespace retint {
 namespace {
@@ -192,9 +190,6 @@ QDockWidget* MainWindow::AddPanel(const QString& id, const QString& title, QWidg
   docks_.push_back(dock);
   connect(dock->toggleViewAction(), &QAction::toggled, this, &MainWindow::ShowStrips);
   connect(dock, &QDockWidget::dockLocationChanged, this, &MainWindow::ShowStrips);
-  const QString keys = KeyText("panel." + id.toStdString());
-  dock->toggleViewAction()->setToolTip(keys.isEmpty() ? title
-                                                      : tr("%1 (go there: %2)").arg(title, keys));
   return dock;
 }
 
@@ -286,11 +281,56 @@ void MainWindow::GoToColor() {
   regions_panel_->MeasureAhead();
 }
 
-void MainWindow::AddPanels() {
+void MainWindow::AddPanels(const WindowParts& parts) {
   AddStrip(Qt::LeftDockWidgetArea);
   AddStrip(Qt::RightDockWidgetArea);
+  for (const WindowPanel& panel : WindowPanels()) {
+    QWidget* made = panel.make(parts);
+    const std::vector<QDockWidget*> before = DocksAt(panel.side);
+    QDockWidget* dock =
+        AddPanel(panel.id, tr(panel.title), panel.scrolls ? Scrolling(made) : made, panel.side);
+    if (panel.is_tab) tabifyDockWidget(before.back(), dock);
+    dock->toggleViewAction()->setToolTip(
+        tr("%1 (go there: %2)").arg(tr(panel.title), KeyText(panel.Keys())));
+  }
+  regions_panel_ = findChild<RegionsPanel*>();
+  quality_ = findChild<QualityPanel*>();
+  views_ = findChild<ViewsPanel*>();
+  const auto dock = [this](const char* id) { return findChild<QDockWidget*>(id); };
+  for (const WindowPanel& panel : WindowPanels()) {
+    if (!panel.is_tab) dock(panel.id)->raise();
+  }
+  QDockWidget* regions = dock("regions");
+  // The contents of the right column need no more.
+  resizeDocks({dock("views"), regions}, {std::min(220, width() / 5), 310}, Qt::Horizontal);
+  // The pages of an edit have their steps in sight then; the optimizer's options scroll.
+  resizeDocks({regions, dock("optimizer")}, {630, 230}, Qt::Vertical);
+  constexpr int kLow = 800;  // pixels; there is no room for one above the other
+  if (height() < kLow) {
+    for (QDockWidget* one : DocksAt(Qt::RightDockWidgetArea)) {
+      if (one != regions) tabifyDockWidget(regions, one);
+    }
+    regions->raise();
+  }
+
+  panels_menu_->addSeparator();
+  for (const WindowPanel& panel : WindowPanels()) {
+    const auto go = [this, at = dock(panel.id)] {
+      SetSideShown(dockWidgetArea(at), true);
+      at->show();
+      at->raise();
+      FirstControl(at->widget())->setFocus(Qt::ShortcutFocusReason);
+    };
+    panels_menu_->addAction(AddCommand(std::string("panel.") + panel.id,
+                                       tr("Go to %1").arg(tr(panel.title)), panel.Aim(),
+                                       panel.Keys(), go));
+  }
+  qApp->installEventFilter(new PanelKeys(this));
+  qApp->installEventFilter(new PanelDrops(this));
+}
+
+void MainWindow::ConnectPanels() {
   connect(current_, &CurrentRegion::changed, this, &MainWindow::ShowCloudOfCurrent);
-  regions_panel_ = new RegionsPanel(controller_, canvas_, current_);
   connect(regions_panel_, &RegionsPanel::paintWanted, this, &MainWindow::EnterSelection);
   connect(pages_, &QStackedWidget::currentChanged, regions_panel_,
           [this] { regions_panel_->SetSelecting(IsSelecting()); });
@@ -324,57 +364,10 @@ void MainWindow::AddPanels() {
   connect(elsewhere, &ViewEditor::failed, this, [this](const QString& message) {
     dialogs_->ShowError(tr("The view cannot be edited elsewhere"), message);
   });
-  auto* optimizer_panel = new OptimizerPanel(controller_, current_);
-  connect(optimizer_panel, &OptimizerPanel::refused, dialogs_, &Dialogs::ShowError);
-  auto* selection_panel = new SelectionPanel(controller_, selection_, canvas_, current_);
-  connect(selection_panel, &SelectionPanel::refused, dialogs_, &Dialogs::ShowError);
-  QDockWidget* regions =
-      AddPanel("regions", tr("Regions"), Scrolling(regions_panel_), Qt::RightDockWidgetArea);
-  QDockWidget* optimizer =
-      AddPanel("optimizer", tr("Optimizer"), Scrolling(optimizer_panel), Qt::RightDockWidgetArea);
-  quality_ = new QualityPanel(controller_, canvas_, current_);
   connect(quality_, &QualityPanel::maskShown, this, &MainWindow::UpdateActions);
-  QDockWidget* quality =
-      AddPanel("quality", tr("Quality"), Scrolling(quality_), Qt::RightDockWidgetArea);
-  QDockWidget* selection =
-      AddPanel("selection", tr("Selection"), Scrolling(selection_panel), Qt::RightDockWidgetArea);
-  views_ = new ViewsPanel(controller_, canvas_, photos_, current_, uncertainty_, preview_);
   connect(views_, &ViewsPanel::menuWanted, this, [this](const QPoint& at) {
     ShowMenu("views_menu", at, {"selection.enter", "", "show.frusta", "show.mask", "show.split"});
   });
-  QDockWidget* views = AddPanel("views", tr("Views"), views_, Qt::LeftDockWidgetArea);
-  QDockWidget* scene =
-      AddPanel("scene", tr("Scene"), new ScenePanel(controller_), Qt::LeftDockWidgetArea);
-  tabifyDockWidget(optimizer, quality);
-  tabifyDockWidget(quality, selection);
-  tabifyDockWidget(views, scene);
-  optimizer->raise();
-  views->raise();
-  // The contents of the right column need no more.
-  resizeDocks({views, regions}, {std::min(220, width() / 5), 310}, Qt::Horizontal);
-  // The pages of an edit have their steps in sight then; the optimizer's options scroll.
-  resizeDocks({regions, optimizer}, {630, 230}, Qt::Vertical);
-  constexpr int kLow = 800;  // pixels; there is no room for one above the other
-  if (height() < kLow) {
-    for (QDockWidget* dock : {optimizer, quality, selection}) tabifyDockWidget(regions, dock);
-    regions->raise();
-  }
-
-  panels_menu_->addSeparator();
-  const std::pair<const char*, QDockWidget*> commands[] = {
-      {"panel.regions", regions}, {"panel.optimizer", optimizer}, {"panel.quality", quality},
-      {"panel.views", views},     {"panel.scene", scene},         {"panel.selection", selection}};
-  for (const auto& [command, dock] : commands) {
-    QAction* go = MakeAction(command, tr("Go to %1").arg(dock->windowTitle()), [this, dock = dock] {
-      SetSideShown(dockWidgetArea(dock), true);
-      dock->show();
-      dock->raise();
-      FirstControl(dock->widget())->setFocus(Qt::ShortcutFocusReason);
-    });
-    panels_menu_->addAction(go);
-  }
-  qApp->installEventFilter(new PanelKeys(this));
-  qApp->installEventFilter(new PanelDrops(this));
 }
 
 }  // namespace retint

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The parts of the window that its files and exports work with.
+// The parts of the window that its files, exports and panels work with.
 #pragma once
 
 namespace retint {
@@ -7,9 +7,12 @@ namespace retint {
 class Canvas;
 class CurrentRegion;
 class Dialogs;
+class PhotoLoader;
 class SceneController;
 class SelectionMode;
 class SessionStore;
+class StrokePreview;
+class Uncertainty;
 class VideoMaker;
 
 // They live as long as the window.
@@ -19,6 +22,9 @@ struct WindowParts {
   CurrentRegion* current;
   SelectionMode* selection;
   Canvas* canvas;
+  PhotoLoader* photos;
+  Uncertainty* uncertainty;
+  StrokePreview* preview;
   VideoMaker* videos;
   Dialogs* dialogs;
 };
