@@ -218,6 +218,8 @@ def main():
                 error = re.findall(r".*(?:error|Error).*", text)[:3] or ["not done in time"]
                 log(json.dumps({"rasterizer": name, "built_s": round(time.time() - started)} |
                                ({} if built[name] else {"error": error})))
+        if options.ours and "original" not in options.only:
+            measure_ours(options, log)
         for name in sorted(options.only, key=lambda n: n != "original"):
             if built[name]:
                 done = subprocess.run(again + ["time", name], capture_output=True, text=True, timeout=300)
