@@ -286,7 +286,10 @@ class MatchDialogTest : public FilesFixture {
   // Presses the button, agrees, and waits for the colors.
   bool Match() {
     QTest::mouseClick(go(), Qt::LeftButton);
-    return ClickRole(*window_, QMessageBox::DestructiveRole) &&
+    QMessageBox* box = WaitDialog(*window_);
+    // A mouse that comes before the box is laid out misses the button.
+    return box && QTest::qWaitForWindowExposed(box, kWaitMs) &&
+           ClickRole(*window_, QMessageBox::DestructiveRole) &&
            QTest::qWaitFor([&] { return Regions().size() == 1; }, kWaitMs) &&
            QTest::qWaitFor([&] { return !controller().colors().ShowsOriginal(); }, kWaitMs);
   }
