@@ -30,7 +30,7 @@ struct ColorEdit {
   float strength = 1;                      // of the whole list: f is c + strength (list(c) - c)
   // Of the colors that it meets; not null: it applies to their sRGB encodings. Whoever applies an
   // edit to the colors of a splat sets it (OnColorsOf()); files do not hold it.
-  std::shared_ptr<const LightMap> light_map;
+  std::shared_ptr<const LightMap> light_map = nullptr;
 
   // Color filtering (ReCoGS): each channel times its factor.
   static ColorEdit Tint(const Eigen::Vector3f& tint);
