@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # RETINT_QUICK, for apps/demo.sh: the sources of a library are compiled in a few large pieces (CMake's unity build), and
-# most of them with -O1. For example, the 27 sources of src/recolor become four pieces and one alone.
+# most of them with -O1. For example, the 27 sources of src/recolor become four pieces and one alone. All pieces with -O1
+# share one precompiled header.
 
 option(RETINT_PIECES "Compile several sources at once" ON)
 
@@ -34,6 +35,16 @@ set(retint_selection_alone mask_tools/guided_matte.cc views_between.cc)
 set(retint_editing_alone picture_changes.cc main_colors.cc)
 set(retint_reporting_alone report_html.cc)
 
+# What nearly every piece includes, read once for all libraries with -O1.
+file(WRITE ${PROJECT_BINARY_DIR}/quick_headers.cc "")
+add_library(retint_quick_headers STATIC ${PROJECT_BINARY_DIR}/quick_headers.cc)
+target_compile_features(retint_quick_headers PRIVATE cxx_std_20)
+target_compile_options(retint_quick_headers PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:-O1;-w>")
+target_link_libraries(retint_quick_headers PRIVATE Eigen3::Eigen fmt::fmt)
+target_precompile_headers(retint_quick_headers PRIVATE <algorithm> <array> <atomic> <charconv> <cmath> <cstdint>
+  <cstring> <filesystem> <functional> <map> <memory> <mutex> <numeric> <optional> <set> <span> <string> <string_view>
+  <thread> <utility> <vector> <Eigen/Core> <Eigen/Geometry> <fmt/format.h> <nlohmann/json.hpp>)
+
 # retint_compile_quickly(NAME): in the folder of the target.
 function(retint_compile_quickly name)
   set(level -O1)
@@ -43,6 +54,10 @@ function(retint_compile_quickly name)
   endif()
   # No warnings: in a piece, a local name may hide that of another source.
   target_compile_options(${name} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:${level};-w>")
+  if(RETINT_PIECES AND level STREQUAL "-O1")
+    target_link_libraries(${name} PRIVATE Eigen3::Eigen fmt::fmt)  # of the header, with the same definitions
+    target_precompile_headers(${name} REUSE_FROM retint_quick_headers)
+  endif()
   get_target_property(sources ${name} SOURCES)
   list(FILTER sources INCLUDE REGEX "\\.cc$")
   list(LENGTH sources count)
